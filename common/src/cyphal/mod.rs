@@ -1,0 +1,1 @@
+//! Cyphal/CAN 1.0 transport in fixed memory.

@@ -1,0 +1,1 @@
+//! What crosses the wire (see `docs/protocol.md`).

@@ -1,0 +1,5 @@
+//! Convex bodies and the signed separation between a hand link and an object.
+
+pub mod prism;
+
+pub use prism::Prism;
