@@ -11,8 +11,10 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod can;
 pub mod cyphal;
 pub mod limits;
+pub mod link;
 pub mod message;
 pub mod pose;
 pub mod reading;
