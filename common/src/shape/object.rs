@@ -2,7 +2,7 @@
 
 use super::{Prism, Separation, cuboid};
 use core::f32::consts::{FRAC_PI_2, PI};
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -56,13 +56,19 @@ impl ObjectShape {
         }
     }
 
-    /// A lower bound of the separation (metres) from the link's bounding sphere alone: about 40 operations.
+    /// Separation of a point (object frame, metres) along the axis that separates it most, metres: never more than
+    /// its distance, negative inside.
+    pub fn point_separation_m(&self, p: &Vector3<f32>) -> f32 {
+        match self {
+            Self::Cuboid { half_extents_m } => cuboid::point_separation_m(half_extents_m, p),
+        }
+    }
+
+    /// A lower bound of the separation (metres) from the link's bounding sphere alone.
     pub fn separation_lower_bound_m(&self, object_from_link: &Isometry3<f32>, prism: &Prism) -> f32 {
         let (centre, radius_m) = prism.bounding_sphere();
         let p = object_from_link * Point3::from(centre);
-        match self {
-            Self::Cuboid { half_extents_m } => cuboid::point_separation_m(half_extents_m, &p.coords) - radius_m,
-        }
+        self.point_separation_m(&p.coords) - radius_m
     }
 
     /// Signed separation of a hand link from this object; see [`Separation`].
