@@ -6,8 +6,10 @@
 use crate::limits::{ARM_JOINTS, FINGERS, HAND_MOTORS, PAD_CELLS, PADS};
 use crate::pose::{Interval, PlanarPose};
 use crate::reading::{HandCommand, JointCommands, JointReadings, TactileImage, Validity};
+use crate::robot::tables::PALM_FACE_Z_M;
 use crate::shape::ObjectShape;
 use crate::trajectory::Trajectory;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use postcard_schema::{Schema, key::Key};
 use serde::{Deserialize, Serialize};
 
@@ -337,17 +339,26 @@ impl Command {
     }
 }
 
-/// Pose of the hand that points straight down, relative to the object.
+/// Where the hand goes, pointing straight down, relative to the object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct HandPlacement {
-    /// Hand frame's origin in the object frame, x and y, metres.
-    pub x_m: f32,
-    /// See `x_m`.
-    pub y_m: f32,
-    /// Height of the palm face above the object's top, metres.
-    pub palm_above_top_m: f32,
-    /// Yaw of the hand in the object frame, radians: 0 = the hand's x axis along the object's x axis.
-    pub yaw_rad: f32,
+    /// The hand's axis and yaw in the object's frame; at yaw 0 the hand's +x (the side of F1 and F2) is the
+    /// object's +x.
+    pub hand_in_object: PlanarPose,
+    /// Height of the palm's face above the object's top, metres.
+    pub palm_height_m: f32,
+}
+
+impl HandPlacement {
+    /// World-from-hand transform for an object believed at `object`: z straight down.
+    pub fn world_from_hand(&self, object: &PlanarPose, shape: &ObjectShape) -> Isometry3<f32> {
+        let hand = object.compose(&self.hand_in_object);
+        let z_m = shape.top_height_m() + self.palm_height_m + PALM_FACE_Z_M;
+        let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), hand.phi_rad);
+        // Half a turn about x: z down, y mirrored.
+        let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f32::consts::PI);
+        Isometry3::from_parts(Translation3::new(hand.x_m, hand.y_m, z_m), yaw * down)
+    }
 }
 
 /// Finger joint angles before closing.
@@ -387,7 +398,7 @@ pub struct PlanRequest {
     pub placement: HandPlacement,
     /// Finger angles on the way.
     pub preshape: Preshape,
-    /// Displacement of the hand in the world, metres (`Transport`).
+    /// Displacement of the object in the world, metres: now (`Transport`), or next (`Grasp`).
     pub displacement_m: [f32; 2],
     /// Believed pose of the object.
     pub belief: PlanarPose,
