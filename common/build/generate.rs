@@ -96,7 +96,7 @@ fn arm_tables(t: &mut Tables, robot: &Robot, s: &Settings) -> Result<(), String>
     t.add("ARM_ORIGINS", "[JointOrigin; 7]", &list(joints, |j| origin(j)), "Frame of each arm link at zero in the frame of the link before it.");
     t.add("HAND_MOUNT", "JointOrigin", &origin(chain[7]), "The hand frame in the frame of arm link 7.");
     t.add("ARM_LIMITS", "[JointLimit; 7]", &list(joints, |j| limit(j)), "Limits of J1..J7.");
-    t.add("ARM_DAMPING_NMS_RAD", "[f32; 7]", &list(joints, |j| damping(j)), "Viscous damping of J1..J7, N m s/rad.");
+    t.add("ARM_DAMPING_NMS_RAD", "[f32; 7]", &list(joints, damping), "Viscous damping of J1..J7, N m s/rad.");
     t.add("ARM_INERTIALS", "[Inertial; 7]", &format!("[{}]", inertials.join(", ")), "Mass properties of arm links 1..7, each in its link's frame; the hand is not included.");
     t.scalar("SHOULDER_HEIGHT_M", d.shoulder_height_m, "Shoulder centre above the base frame's origin, metres.");
     t.scalar("UPPER_ARM_M", d.upper_arm_m, "Shoulder centre to elbow axis along the upper arm, metres.");

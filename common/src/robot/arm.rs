@@ -55,4 +55,4 @@ pub fn jacobian_at(poses: &[Isometry3<f32>; 8], point_m: &Vector3<f32>) -> SMatr
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
