@@ -35,6 +35,14 @@ pub const fn received_bytes(payload_bytes: usize, mtu: Mtu) -> usize {
     payload_bytes + Layout::of(payload_bytes, mtu).padding
 }
 
+/// Data bytes of each frame that a payload of `payload_bytes` becomes, in the order of sending.
+pub fn frame_lengths(payload_bytes: usize, mtu: Mtu) -> impl Iterator<Item = usize> {
+    let per_frame = mtu.bytes() - 1;
+    let stream = Layout::of(payload_bytes, mtu).stream_bytes;
+    let frames = stream.div_ceil(per_frame).max(1);
+    (0..frames).map(move |n| (stream - n * per_frame).min(per_frame) + 1)
+}
+
 /// The frames of one transfer, in the order in which they must be sent.
 #[derive(Clone, Debug)]
 pub struct Frames<'a> {
@@ -124,6 +132,7 @@ mod tests {
                     assert!(count == expected || frame.data().len() == mtu.bytes(), "{len} bytes {mtu:?}");
                 }
                 assert_eq!(count, expected, "{len} bytes {mtu:?}");
+                assert!(frames.map(|frame| frame.data().len()).eq(frame_lengths(len, mtu)), "{len} bytes {mtu:?}");
             }
         }
     }

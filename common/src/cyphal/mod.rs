@@ -41,7 +41,7 @@ mod session;
 mod stats;
 mod tail;
 
-pub use frames::{Frames, received_bytes};
+pub use frames::{Frames, frame_lengths, received_bytes};
 pub use header::{Header, HeaderError, NodeId, Priority, SubjectId};
 pub use sender::{SendError, Sender};
 pub use session::{Session, Transfer};
