@@ -4,7 +4,8 @@
 //! gravity part uses the nominal masses of the mental model; what reality differs is left to `Kp`.
 
 use tactus_common::limits::{ARM_JOINTS, TICK_S};
-use tactus_common::robot::{ARM_GAINS, ARM_LIMITS, dynamics};
+use tactus_common::robot::tables::{ARM_KD_NMS_RAD, ARM_KP_NM_RAD};
+use tactus_common::robot::{ARM_LIMITS, dynamics};
 use tactus_common::trajectory::Sample;
 
 /// Share of the newest difference in the velocity estimate; one encoder count a tick is 0.02 rad/s on J1.
@@ -46,10 +47,9 @@ impl JointControl {
             dynamics::inverse_dynamics(q_rad, &reference.qd_rad_s, &reference.qdd_rad_s2, payload_kg);
         let mut tau_nm = [0.0; ARM_JOINTS];
         for j in 0..ARM_JOINTS {
-            let gain = &ARM_GAINS[j];
             let tau = feedforward[j]
-                + gain.stiffness_nm_rad * (reference.q_rad[j] - q_rad[j])
-                + gain.damping_nms_rad * (reference.qd_rad_s[j] - self.qd_rad_s[j]);
+                + ARM_KP_NM_RAD[j] * (reference.q_rad[j] - q_rad[j])
+                + ARM_KD_NMS_RAD[j] * (reference.qd_rad_s[j] - self.qd_rad_s[j]);
             let limit = ARM_LIMITS[j].torque_nm;
             tau_nm[j] = if tau.is_finite() { tau.clamp(-limit, limit) } else { 0.0 };
         }

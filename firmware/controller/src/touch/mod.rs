@@ -6,10 +6,10 @@ pub mod choose;
 pub use candidates::{CANDIDATES, candidate};
 pub use choose::{Choice, Chooser, RankedTouches, TouchHistory};
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::Isometry3;
 use tactus_common::limits::FINGERS;
+use tactus_common::message::{HandPlacement, Preshape};
 use tactus_common::pose::PlanarPose;
-use tactus_common::robot::tables::PALM_FACE_Z_M;
 use tactus_common::shape::ObjectShape;
 
 /// A touch: where the hand goes down, pointing straight down, how it is opened, and which fingers close.
@@ -33,13 +33,23 @@ pub struct TouchPlan {
 }
 
 impl TouchPlan {
+    /// Where the hand goes, relative to the object.
+    pub fn placement(&self) -> HandPlacement {
+        HandPlacement { hand_in_object: self.hand_in_object, palm_height_m: self.palm_height_m }
+    }
+
+    /// The fingers on the way down.
+    pub fn preshape(&self) -> Preshape {
+        Preshape { inner_rad: self.preopen_rad, spread_rad: self.spread_rad }
+    }
+
+    /// Bit i = finger i closes.
+    pub fn closing_mask(&self) -> u8 {
+        self.closes.iter().enumerate().fold(0, |mask, (f, closes)| mask | u8::from(*closes) << f)
+    }
+
     /// World-from-hand transform at the bottom of the descent for an object believed at `object`: z straight down.
     pub fn world_from_hand(&self, object: &PlanarPose, shape: &ObjectShape) -> Isometry3<f32> {
-        let hand = object.compose(&self.hand_in_object);
-        let z_m = shape.top_height_m() + self.palm_height_m + PALM_FACE_Z_M;
-        let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), hand.phi_rad);
-        // Half a turn about x: z down, y mirrored.
-        let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f32::consts::PI);
-        Isometry3::from_parts(Translation3::new(hand.x_m, hand.y_m, z_m), yaw * down)
+        self.placement().world_from_hand(object, shape)
     }
 }
