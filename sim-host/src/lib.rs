@@ -1,1 +1,4 @@
-//! placeholder
+//! Tactus on a host: the simulated world and everything around it.
+
+pub mod bench;
+pub mod world;
