@@ -90,9 +90,9 @@ impl Model {
             let pose = poses[b.joints - 1] * b.in_last;
             let (at, turn) = (pose * b.com, pose.rotation.to_rotation_matrix());
             let (mut jv, mut jw) = (SMatrix::<f64, 3, ARM>::zeros(), SMatrix::<f64, 3, ARM>::zeros());
-            for k in 0..b.joints {
-                let axis = poses[k].rotation * Vector3::z();
-                jv.set_column(k, &axis.cross(&(at.coords - poses[k].translation.vector)));
+            for (k, carrier) in poses.iter().enumerate().take(b.joints) {
+                let axis = carrier.rotation * Vector3::z();
+                jv.set_column(k, &axis.cross(&(at.coords - carrier.translation.vector)));
                 jw.set_column(k, &axis);
             }
             m += jv.transpose() * jv * b.mass + jw.transpose() * (turn * b.inertia * turn.transpose()) * jw;
