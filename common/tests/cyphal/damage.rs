@@ -160,7 +160,8 @@ fn transfers_of_other_subjects_and_sources_may_come_in_between() {
         Session::<64>::new(subject(1235), node(42), TIMEOUT),
         Session::<64>::new(subject(1234), node(43), TIMEOUT),
     ];
-    let lengths = sessions.each_mut().map(|session| feed(session, &mixed, 0).0.iter().map(Vec::len).collect::<Vec<_>>());
+    let lengths =
+        sessions.each_mut().map(|session| feed(session, &mixed, 0).0.iter().map(Vec::len).collect::<Vec<_>>());
     assert_eq!(lengths, [vec![16], vec![40], vec![40]]);
     assert!(sessions.iter().all(|session| session.stats().errors() == 0));
 }
