@@ -48,7 +48,7 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    fn idle(tick: u32) -> Self {
+    pub(crate) fn idle(tick: u32) -> Self {
         Self {
             commands: JointCommands::idle(tick),
             plan_request: None,
