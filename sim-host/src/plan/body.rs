@@ -1,7 +1,7 @@
 //! The solids that the planner keeps apart: the arm's primitives from the URDF, the hand's links as convex prisms.
 
 use rapier3d::parry::math::{Pose, Vector};
-use rapier3d::parry::shape::{Cuboid, SharedShape, SupportMap};
+use rapier3d::parry::shape::{Cuboid, SharedShape};
 use tactus_common::robot::{HandLink, hand_prism};
 use urdf_rs::Geometry;
 

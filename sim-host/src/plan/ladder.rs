@@ -1,10 +1,10 @@
 //! Which posture to be in at each pose along a line: the cheapest way through a ladder of inverse-kinematic solutions.
 
 use super::Joints;
-use tactus_common::pose::wrap_turn;
-use tactus_common::robot::{ARM_LIMITS, inverse};
-
 use nalgebra::Isometry3;
+use tactus_common::pose::wrap_turn;
+use tactus_common::robot::ARM_LIMITS;
+use tactus_common::robot::inverse::{self, Unreachable};
 
 /// Swivel angles tried at every pose, 10 degrees apart.
 pub const SWIVELS: usize = 36;
@@ -33,7 +33,7 @@ pub struct Node {
 pub struct Rung {
     /// The postures.
     pub nodes: Vec<Node>,
-    /// Whether any swivel had a solution before margins were applied.
+    /// Whether the arm is long enough, whatever its joint limits.
     pub reached: bool,
 }
 
@@ -43,8 +43,14 @@ impl Rung {
         let mut rung = Self { nodes: Vec::new(), reached: false };
         for k in 0..SWIVELS {
             let swivel_rad = wrap_turn(SWIVEL_STEP_RAD * k as f32);
-            let Ok(solutions) = inverse::solve(world_from_hand, swivel_rad) else { continue };
-            rung.reached |= !solutions.is_empty();
+            let solutions = match inverse::solve(world_from_hand, swivel_rad) {
+                Ok(solutions) => solutions,
+                Err(why) => {
+                    rung.reached |= matches!(why, Unreachable::JointLimits { .. });
+                    continue;
+                }
+            };
+            rung.reached = true;
             rung.nodes.extend(
                 solutions.iter().filter_map(|q| Some(Node { swivel_rad, q_rad: *q, cost_s: posture_cost_s(q)? })),
             );
@@ -138,7 +144,7 @@ impl Ladder {
         way
     }
 
-    /// Whether some pose on the way has no inverse kinematics at all, at whatever swivel.
+    /// Whether the arm is too short (or too long) for some pose on the way.
     pub fn is_out_of_reach(&self) -> bool {
         self.rungs.iter().any(|rung| !rung.reached)
     }
@@ -150,25 +156,9 @@ fn step_cost_s(from: &Node, to: &Node) -> Option<f32> {
     if turn > 1.5 * SWIVEL_STEP_RAD || from.q_rad.iter().zip(&to.q_rad).any(|(a, b)| (a - b).abs() > JOINT_STEP_MAX_RAD) {
         return None;
     }
-    Some(travel_time_s(&from.q_rad, &to.q_rad) + 0.1 * turn)
-}
-
-/// The swivel angle of a posture, radians: the one at which the inverse kinematics give the posture back. `None` if they do not, within 0.02 rad.
-pub fn swivel_of(q_rad: &Joints, world_from_hand: &Isometry3<f32>) -> Option<f32> {
-    let miss = |swivel_rad: f32| {
-        let solutions = inverse::solve(world_from_hand, swivel_rad).ok()?;
-        let distance = |q: &Joints| q.iter().zip(q_rad).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-        solutions.iter().map(distance).min_by(f32::total_cmp)
-    };
-    let miss = |swivel_rad: f32| miss(swivel_rad).unwrap_or(f32::INFINITY);
-    let grid = (0..2 * SWIVELS).map(|k| 0.5 * SWIVEL_STEP_RAD * k as f32);
-    let coarse = grid.min_by(|a, b| miss(*a).total_cmp(&miss(*b)))?;
-    // The miss is V-shaped about the answer: ternary search.
-    let (mut low, mut high) = (coarse - 0.5 * SWIVEL_STEP_RAD, coarse + 0.5 * SWIVEL_STEP_RAD);
-    for _ in 0..30 {
-        let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
-        if miss(a) < miss(b) { high = b } else { low = a }
+    // A sign that changes means that the singularity was passed between the rungs.
+    if from.q_rad[1] * to.q_rad[1] < 0.0 || from.q_rad[5] * to.q_rad[5] < 0.0 {
+        return None;
     }
-    let swivel_rad = 0.5 * (low + high);
-    (miss(swivel_rad) < 0.02).then(|| wrap_turn(swivel_rad))
+    Some(travel_time_s(&from.q_rad, &to.q_rad) + 0.1 * turn)
 }

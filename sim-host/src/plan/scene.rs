@@ -4,7 +4,8 @@ use super::Joints;
 use super::body::{Body, HAND, ModelError, bodies};
 use rapier3d::parry::math::{Pose, Vector};
 use rapier3d::parry::shape::Cuboid;
-use tactus_common::robot::{HandAngles, HandLink, arm, hand, world_from_base};
+use tactus_common::robot::hand::{self, HandAngles};
+use tactus_common::robot::{HandLink, arm, world_from_base};
 
 /// Farthest that any part of robot or load lies from the axis of each joint, metres (facts 1.1, 1.4, 2.6: stretched arm 0.91 + hand 0.20).
 const LEVER_M: [f32; 7] = [1.1, 1.1, 0.65, 0.57, 0.30, 0.29, 0.17];
@@ -158,9 +159,10 @@ fn is_finger(link: usize) -> bool {
 /// Coarse: what lies beyond the elbow against what lies before it, the hand against the forearm, the upper arm against the base.
 fn may_meet(a: usize, b: usize) -> bool {
     match a {
+        0..3 => false,
         3 => b == 0,
         4 => b <= 2,
         5..HAND => b <= 3,
-        _ => b <= 4,
+        HAND.. => b <= 4,
     }
 }

@@ -4,7 +4,8 @@ use super::Joints;
 use super::scene::{Rules, Scene, between, travel_m};
 use rand_core::Rng;
 use rand_pcg::Pcg32;
-use tactus_common::robot::{ARM_LIMITS, HandAngles};
+use tactus_common::robot::ARM_LIMITS;
+use tactus_common::robot::hand::HandAngles;
 
 /// Samples drawn before the search gives up.
 const SAMPLES_MAX: usize = 500;
@@ -118,6 +119,15 @@ impl Space<'_> {
             let to = between(&path[k], &path[k + 1], b - k as f32);
             if self.clear(&from, &to) {
                 path.splice(i + 1..=k, [from, to]);
+            }
+        }
+        // Corners that can be left out altogether: cutting leaves slivers.
+        let mut i = 1;
+        while i + 1 < path.len() {
+            if self.clear(&path[i - 1], &path[i + 1]) {
+                path.remove(i);
+            } else {
+                i += 1;
             }
         }
         path
