@@ -75,7 +75,7 @@ impl Space<'_> {
 
     /// A posture: mostly from the neighbourhood of start and goal, every third from the whole range.
     fn draw(&self, start: &Joints, goal: &Joints, random: &mut Pcg32) -> Joints {
-        let wide = random.next_u32() % 3 == 0;
+        let wide = random.next_u32().is_multiple_of(3);
         core::array::from_fn(|j| {
             let limit = &ARM_LIMITS[j];
             let (low, high) = if wide {
