@@ -160,5 +160,7 @@ fn step_cost_s(from: &Node, to: &Node) -> Option<f32> {
     if from.q_rad[1] * to.q_rad[1] < 0.0 || from.q_rad[5] * to.q_rad[5] < 0.0 {
         return None;
     }
-    Some(travel_time_s(&from.q_rad, &to.q_rad) + 0.1 * turn)
+    // The square evens the speed out: the slowest place sets the pace of the whole line.
+    let time_s = travel_time_s(&from.q_rad, &to.q_rad);
+    Some(time_s + 10.0 * time_s * time_s + 0.1 * turn)
 }

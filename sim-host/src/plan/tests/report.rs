@@ -41,7 +41,7 @@ fn report_yaws() {
     let planner = planner();
     let (mut touches, mut carried, mut carried_without, mut count) = ([0; 4], [0; 4], [0; 4], 0);
     let mut durations = Vec::new();
-    let mut times = Vec::new();
+    let (mut times, mut knots) = (Vec::new(), 0);
     for (x, y) in [(0.2, -0.1), (0.0, -0.1), (0.3, -0.1), (0.15, -0.2), (0.15, 0.0), (0.3, 0.0), (0.0, -0.2), (0.0, 0.0), (0.3, -0.2)] {
         let mut lines = [String::new(), String::new()];
         for degrees in (-45..=45).step_by(15) {
@@ -63,7 +63,15 @@ fn report_yaws() {
                 let with = ahead.as_ref().map(carry);
                 carried_without[k] += usize::from(matches!(without, Ok(Ok(_))));
                 carried[k] += usize::from(matches!(with, Ok(Ok(_))));
-                if let Ok(Ok(t)) = &with { durations.push(t.duration()); }
+                if let Ok(Ok(t)) = &with {
+                    durations.push(t.duration());
+                    knots = knots.max(t.knots.len());
+                    if x == 0.2 {
+                        let rests: Vec<f32> =
+                            t.knots.iter().filter(|k| k.qd_rad_s == [0.0; 7]).map(|k| (k.t_s * 100.0).round() / 100.0).collect();
+                        println!("transport rests at {rests:?} s, {} knots", t.knots.len());
+                    }
+                }
                 let code = |ok: bool, c: &str| if ok { c.to_owned() } else { "-".to_owned() };
                 lines[0] += &format!("{}{}{} ", code(plain.is_ok(), "T"), code(matches!(without, Ok(Ok(_))), "c"), code(matches!(with, Ok(Ok(_))), "C"));
                 if let Ok(Err(e)) = &with { lines[1] += &format!("[{degrees} {k} {e}] "); }
@@ -76,5 +84,5 @@ fn report_yaws() {
     durations.sort_by(f32::total_cmp);
     times.sort_by(f32::total_cmp);
     println!("of {count} each: touch {touches:?} carried after plain {carried_without:?} after lookahead {carried:?}");
-    println!("transport s median {} max {}; lookahead plan ms median {} max {}", durations[durations.len() / 2], durations[durations.len() - 1], times[times.len() / 2], times[times.len() - 1]);
+    println!("transport s median {} max {}, knots {knots}; lookahead plan ms median {} max {}", durations[durations.len() / 2], durations[durations.len() - 1], times[times.len() / 2], times[times.len() - 1]);
 }
