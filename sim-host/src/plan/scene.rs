@@ -107,18 +107,6 @@ impl Scene {
         rules.carried.and_then(|load| self.load_hit(&poses, &load, rules))
     }
 
-    #[cfg(test)]
-    pub(super) fn explain(&self, q_rad: &Joints, angles: &HandAngles, rules: &Rules) {
-        let poses = Self::link_poses(q_rad, angles);
-        for body in &self.bodies {
-            println!("link {} lowest {} centre {:?} r {}", body.link, body.lowest_m(&poses[body.link]), body.centre(&poses[body.link]), body.radius_m);
-        }
-        for (i, k) in &self.pairs {
-            let (a, b) = (&self.bodies[*i], &self.bodies[*k]);
-            if a.near(&poses[a.link], b, &poses[b.link], rules.self_margin_m) { println!("{} meets {}", a.link, b.link); }
-        }
-    }
-
     /// What a carried box runs into; its height is that of its lowest corner.
     fn load_hit(&self, poses: &[Pose; HAND + 9], load: &Block, rules: &Rules) -> Option<Hit> {
         let world_from_box = poses[HAND] * load.pose;
