@@ -17,7 +17,7 @@ use nalgebra::Matrix3;
 use tactus_common::pose::PlanarPose;
 
 /// Modes of the old belief from which a search starts.
-const OLD_MODES_MAX: usize = 4;
+const OLD_MODES_MAX: usize = MODES_MAX;
 /// Starts over the region when it is small / large.
 const STARTS_SMALL: u16 = 8;
 const STARTS_LARGE: u16 = 16;

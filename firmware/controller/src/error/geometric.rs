@@ -64,6 +64,8 @@ pub struct Geometric<'a> {
 pub struct Residuals {
     /// Contacts in the evidence.
     pub contacts: u16,
+    /// Those among them of closing fingers: a hand that came down on the top says hardly where the object stands.
+    pub closings: u16,
     /// Contacts farther from the surface than three standard deviations.
     pub outliers: u16,
     /// Free links deeper inside than the tolerance by more than three standard deviations.
@@ -95,6 +97,7 @@ impl<'a> Geometric<'a> {
                 None => f32::INFINITY,
             };
             found.contacts += 1;
+            found.closings += u16::from(contact.kind != ContactKind::Landing);
             found.outliers += u16::from(libm::fabsf(u) > 3.0);
             found.chi_squared += (u * u).min(9.0);
         }

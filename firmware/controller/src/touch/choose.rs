@@ -19,7 +19,7 @@ const SCALE: [f32; 3] = [1e-3, 1e-3, 0.0087];
 /// Standard deviation of a contact, metres.
 const CONTACT_SIGMA_M: f32 = 0.7e-3;
 /// Price of a finger that comes down on the object, nats.
-const LANDING_PRICE: f32 = 1.5;
+const LANDING_PRICE: f32 = 0.5;
 /// Price of making a touch again from nearly the same place, nats.
 const REPEAT_PRICE: f32 = 2.0;
 /// Nearer than this is the same place, metres and radians.
@@ -82,6 +82,7 @@ pub type RankedTouches = Vec<Choice, { CANDIDATES as usize }>;
 struct Tally {
     gain: f32,
     landings: f32,
+    landing: f32,
     touching: [f32; FINGERS],
 }
 
@@ -134,16 +135,20 @@ impl Chooser {
     }
 
     fn weigh(&mut self, plan: &TouchPlan, pose: &PlanarPose, weight: f32) {
+        let felt = predict(plan, &self.believed, pose, &self.shape);
+        let landed = felt.iter().filter(|f| **f == FingerPrediction::Landed).count();
+        self.tally.landings += weight * landed as f32;
+        if landed > 0 {
+            // The hand goes back up: no finger closes.
+            self.tally.landing += weight;
+            return;
+        }
         let mut information = self.information;
-        for (finger, felt) in predict(plan, &self.believed, pose, &self.shape).iter().enumerate() {
-            match felt {
-                FingerPrediction::Contact { gradient, .. } => {
-                    let g = Vector3::from_fn(|axis, _| gradient[axis] * SCALE[axis] / CONTACT_SIGMA_M);
-                    information += g * g.transpose();
-                    self.tally.touching[finger] += weight;
-                }
-                FingerPrediction::Landed => self.tally.landings += weight,
-                FingerPrediction::Nothing => {}
+        for (finger, prediction) in felt.iter().enumerate() {
+            if let FingerPrediction::Contact { gradient, .. } = prediction {
+                let g = Vector3::from_fn(|axis, _| gradient[axis] * SCALE[axis] / CONTACT_SIGMA_M);
+                information += g * g.transpose();
+                self.tally.touching[finger] += weight;
             }
         }
         let after = log_det_softened(&inverse(&information));
@@ -152,10 +157,10 @@ impl Chooser {
 
     fn finish_candidate(&mut self, mut plan: TouchPlan) {
         let tally = self.tally;
-        let surprise: f32 = tally.touching.iter().map(|p| entropy(*p)).sum();
+        let surprise = tally.touching.iter().map(|p| entropy(*p)).sum::<f32>() + entropy(tally.landing);
         let repeats = self.history.repeats(plan.id, &self.believed) as f32;
         // Alternate the side that closes first: always the same one would push the object along.
-        plan.order = if self.history.len() % 2 == 0 { [0, 1, 2] } else { [2, 1, 0] };
+        plan.order = if self.history.len().is_multiple_of(2) { [0, 1, 2] } else { [2, 1, 0] };
         let gain = tally.gain + surprise - LANDING_PRICE * tally.landings - REPEAT_PRICE * repeats;
         let _ = self.ranked.push(Choice { plan, gain, landings: tally.landings });
         self.tally = Tally::default();
