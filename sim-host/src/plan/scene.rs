@@ -92,7 +92,9 @@ impl Scene {
             }
         }
         if let Some(object) = &rules.object {
-            for body in self.bodies.iter().filter(|body| !(rules.fingers_may_touch && is_finger(body.link))) {
+            // Base and shoulder turn on the spot: where the object may be overlaps them, no motion can help.
+            let movers = self.bodies.iter().filter(|body| body.link >= 2);
+            for body in movers.filter(|body| !(rules.fingers_may_touch && is_finger(body.link))) {
                 if body.meets_box(&poses[body.link], &object.pose, object.half_m) {
                     return Some(Hit::Object);
                 }
