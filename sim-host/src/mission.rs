@@ -95,6 +95,8 @@ pub struct MissionReport {
     pub bus_load_max: f32,
     /// Frames lost in queues.
     pub bus_lost: u64,
+    /// Ticks for which no command came.
+    pub deadline_misses: u32,
 }
 
 impl MissionReport {
@@ -241,6 +243,7 @@ fn judge(options: &MissionOptions, end: &HostEnd, world: &World, symmetry_rad: f
         bus_frames: end.bus_frames,
         bus_load_max: end.bus_load_max,
         bus_lost: end.bus_lost,
+        deadline_misses: end.deadline_misses,
     }
 }
 
