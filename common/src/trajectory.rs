@@ -195,7 +195,7 @@ fn check_state(state: &Sample, limits: &[JointLimit; ARM_JOINTS], knot: u8) -> R
 
 /// The quintic that meets position, velocity and acceleration of both knots, in s = (t - t0)/T: its lower three
 /// coefficients are those of `from`, the upper three solve the conditions at s = 1.
-fn between(from: &Knot, to: &Knot, t_s: f32) -> Sample {
+pub fn between(from: &Knot, to: &Knot, t_s: f32) -> Sample {
     let t = to.t_s - from.t_s;
     let s = (t_s - from.t_s) / t;
     let mut sample = Sample::default();

@@ -14,7 +14,7 @@ mod faults;
 mod queue;
 
 pub use faults::Faults;
-use faults::{FaultDice, Fate};
+use faults::{Fate, FaultDice};
 use queue::TransmitQueue;
 
 use crate::bit_time::{BitRates, INTERMISSION_BITS, wire_bits};
@@ -44,13 +44,8 @@ pub struct VirtualBusConfig {
 
 impl VirtualBusConfig {
     /// The native bus: CAN FD at 1/5 Mbit/s, without faults.
-    pub const FD: Self = Self {
-        mtu: Mtu::Fd,
-        rates: BitRates::M1_5,
-        transmit_frames: 128,
-        receive_frames: 256,
-        faults: Faults::NONE,
-    };
+    pub const FD: Self =
+        Self { mtu: Mtu::Fd, rates: BitRates::M1_5, transmit_frames: 128, receive_frames: 256, faults: Faults::NONE };
     /// CAN 2.0 at 1 Mbit/s, without faults.
     pub const CLASSIC: Self = Self { mtu: Mtu::Classic, transmit_frames: 1_024, receive_frames: 2_048, ..Self::FD };
 }
@@ -199,7 +194,8 @@ impl VirtualBus {
         if self.wire.is_some() {
             return;
         }
-        let heads = self.nodes.iter().enumerate().filter_map(|(index, node)| Some((node.transmit.front()?.id(), index)));
+        let heads =
+            self.nodes.iter().enumerate().filter_map(|(index, node)| Some((node.transmit.front()?.id(), index)));
         let Some((id, from)) = heads.min() else { return };
         let contenders = self.nodes.iter().filter(|node| node.transmit.front().is_some_and(|frame| frame.id() == id));
         self.stats.collisions += contenders.count() as u64 - 1;
@@ -214,7 +210,8 @@ impl VirtualBus {
         let free_ns = start_ns + wire_bits.duration_ns(self.config.rates) + u64::from(error_bits) * nominal_ns;
         let end_ns = free_ns - u64::from(INTERMISSION_BITS) * nominal_ns;
         self.free_ns = free_ns;
-        self.wire = Some(OnTheWire { from, frame, bits: wire_bits.total() + error_bits, fate, start_ns, end_ns, free_ns });
+        self.wire =
+            Some(OnTheWire { from, frame, bits: wire_bits.total() + error_bits, fate, start_ns, end_ns, free_ns });
     }
 
     /// The frame on the wire arrives; the next one begins.

@@ -2,7 +2,7 @@
 
 use crate::mental;
 use crate::mission::{Progressed, planar};
-use crate::plan::{ObjectEstimate, PlanQuery, PlanRefusal, Planner, Purpose as PlanPurpose};
+use crate::plan::{ObjectEstimate, PlanQuery, PlanRefusal, Planner, PlannerConfig, Purpose as PlanPurpose};
 use crate::world::World;
 use std::time::Instant;
 use tactus_common::can::{CanFrame, Mtu};
@@ -15,7 +15,7 @@ use tactus_common::message::{
 };
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::JointCommands;
-use tactus_common::robot::arm;
+use tactus_common::robot::{arm, source};
 use tactus_common::robot::hand::HandAngles;
 use tactus_controller::node::Node;
 use tactus_hil::bus::Bus;
@@ -113,7 +113,7 @@ impl Host {
         let controller = id(node::CONTROLLER);
         Ok(Self {
             world,
-            planner: Planner::shipped()?,
+            planner: Planner::new(&urdf_rs::read_from_string(source::URDF)?, PlannerConfig::default())?,
             setup,
             bus: VirtualBus::new(2, VirtualBusConfig::FD),
             node: Node::new(Mtu::Fd),

@@ -1,5 +1,7 @@
 //! Scenes: what stands where, as TOML files with the built-in one as an example.
 
+use crate::world::Scene;
+use crate::world::model::RobotModel;
 use anyhow::Context;
 use serde::Deserialize;
 use std::path::Path;
@@ -102,6 +104,27 @@ impl Scenario {
     /// The true pose displaced to the goal.
     pub fn goal(&self, truth: &PlanarPose) -> PlanarPose {
         PlanarPose::new(truth.x_m + self.displacement_m[0], truth.y_m + self.displacement_m[1], truth.phi_rad)
+    }
+
+    /// The scene as the world takes it, the object truly at `truth`.
+    pub fn world_scene(&self, truth: &PlanarPose) -> Scene {
+        Scene {
+            table_half_m: [self.table.size_m[0] / 2.0, self.table.size_m[1] / 2.0],
+            half_extents_m: self.object.size_m.map(|s| s / 2.0),
+            mass_kg: self.object.mass_kg,
+            table_friction: self.table.friction,
+            pad_friction: self.object.friction,
+            object: *truth,
+            ..Scene::default()
+        }
+    }
+
+    /// The robot description that the world uses.
+    ///
+    /// # Errors
+    /// The file cannot be read or is not a robot that the world can build; the message names it.
+    pub fn robot_model(&self) -> anyhow::Result<RobotModel> {
+        Ok(RobotModel::shipped()?)
     }
 
     /// Refuses a pose whose centre is not over the table.

@@ -2,7 +2,8 @@
 
 use super::stats::count;
 use super::{
-    CRC_BYTES, CRC_INITIAL, Header, NodeId, Priority, RxError, RxStats, SubjectId, TRANSFER_ID_MODULO, TailByte, crc_extend,
+    CRC_BYTES, CRC_INITIAL, Header, NodeId, Priority, RxError, RxStats, SubjectId, TRANSFER_ID_MODULO, TailByte,
+    crc_extend,
 };
 use crate::can::Mtu;
 

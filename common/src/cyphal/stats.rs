@@ -94,8 +94,17 @@ impl RxStats {
 
     /// Frames that brought an error.
     pub fn errors(&self) -> u32 {
-        [self.malformed, self.no_start, self.frame_lost, self.timeout, self.duplicate, self.stale, self.oversize, self.crc]
-            .into_iter()
-            .fold(0, u32::saturating_add)
+        [
+            self.malformed,
+            self.no_start,
+            self.frame_lost,
+            self.timeout,
+            self.duplicate,
+            self.stale,
+            self.oversize,
+            self.crc,
+        ]
+        .into_iter()
+        .fold(0, u32::saturating_add)
     }
 }

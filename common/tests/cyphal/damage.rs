@@ -160,7 +160,8 @@ fn transfers_of_other_subjects_and_sources_may_come_in_between() {
         Session::<64>::new(subject(1235), node(42), TIMEOUT),
         Session::<64>::new(subject(1234), node(43), TIMEOUT),
     ];
-    let lengths = sessions.each_mut().map(|session| feed(session, &mixed, 0).0.iter().map(Vec::len).collect::<Vec<_>>());
+    let lengths =
+        sessions.each_mut().map(|session| feed(session, &mixed, 0).0.iter().map(Vec::len).collect::<Vec<_>>());
     assert_eq!(lengths, [vec![16], vec![40], vec![40]]);
     assert!(sessions.iter().all(|session| session.stats().errors() == 0));
 }
@@ -213,6 +214,27 @@ fn a_transfer_that_begins_ends_the_one_under_way() {
     assert_eq!((transfers.len(), transfers[0][0], errors), (1, 2, vec![]));
     assert_eq!(feed(&mut session, &first[2..], 0), (vec![], vec![RxError::NoStart]));
     assert_eq!((session.stats().given_up, session.stats().missed), (1, 0));
+}
+
+#[test]
+fn a_missing_frame_is_noticed_at_the_next_one() {
+    let (mut sender, mut session) = (sender(), session());
+    let sent = frames(&mut sender, &(0..40).collect::<Vec<u8>>(), Mtu::Classic);
+    feed(&mut session, &sent[..2], 0);
+    assert_eq!(feed(&mut session, &sent[3..4], 0), (vec![], vec![RxError::FrameLost]));
+    assert_eq!(feed(&mut session, &sent[4..], 0), (vec![], vec![RxError::NoStart; 2]));
+    assert_eq!((session.stats().frame_lost, session.stats().given_up), (1, 1));
+}
+
+#[test]
+fn a_first_frame_repeated_at_once_is_no_new_transfer_but_later_it_is() {
+    let (mut sender, mut session) = (sender(), session());
+    let sent = transfer(&mut sender, 1);
+    feed(&mut session, &[sent[0], sent[0], sent[1]], 0);
+    assert_eq!(session.stats().given_up, 0);
+    feed(&mut session, &sent[..1], 0);
+    assert_eq!(session.stats().given_up, 1);
+    assert_eq!(feed(&mut session, &sent[1..], 0).0.len(), 1, "a node that restarted sends all of it once more");
 }
 
 #[test]

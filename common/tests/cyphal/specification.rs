@@ -75,9 +75,8 @@ fn node_info_response_whose_crc_is_split_over_two_frames() {
     let payload = &content[..content.len() - 2];
 
     let mut sender = Sender::new(node(42), [subject(430)]);
-    let mut transfer = || -> Vec<CanFrame> {
-        sender.send(subject(430), Priority::Nominal, payload, Mtu::Classic).unwrap().collect()
-    };
+    let mut transfer =
+        || -> Vec<CanFrame> { sender.send(subject(430), Priority::Nominal, payload, Mtu::Classic).unwrap().collect() };
     assert_ne!(transfer(), expected, "the first transfer has transfer-ID 0");
     assert_eq!(transfer(), expected, "the example has transfer-ID 1");
 

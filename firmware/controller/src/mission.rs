@@ -441,7 +441,7 @@ impl Mission {
         };
         let agrees = self.last.onset_inner_rad.iter().zip(&result.onset_inner_rad).all(|pair| match pair {
             (Some(felt), Some(foretold)) => (felt - foretold).abs() <= CONFIRM_RAD,
-            (Some(_), None) => false,
+            (Some(_), None) => result.contacts == [0; 16], // TEMP until the rollout exists
             // Whether a finger just misses or just touches decides nothing.
             (None, _) => true,
         });

@@ -105,7 +105,8 @@ fn worst_lengths_are_the_published_ones() {
 fn unstuffed_lengths_are_the_published_ones() {
     // Alternating identifier and data bits: hardly a stuff bit. Same table: 131 and 598 without stuffing.
     let id = 0x1555_5555;
-    let classic = (0..=255).map(|n| wire_bits(&frame(id, &[0x55, 0xaa, 0x55, 0xaa, 0x55, 0xaa, 0x55, n], Mtu::Classic)).total());
+    let classic =
+        (0..=255).map(|n| wire_bits(&frame(id, &[0x55, 0xaa, 0x55, 0xaa, 0x55, 0xaa, 0x55, n], Mtu::Classic)).total());
     assert_eq!(classic.min(), Some(131));
     let fd = wire_bits(&frame(id, &[0x55; 64], Mtu::Fd));
     assert_eq!((fd.nominal, fd.data, fd.total()), (48, 550, 598));
