@@ -132,7 +132,9 @@ impl World {
             let measured = self.measured(&angles);
             let _ = store.add_contact(&seen, &measured, Toucher::Finger(finger), ContactKind::Landing);
             if inner[finger] == 0.0 || self.noise.landing_ends {
-                let clear = std::array::from_fn(|f| self.finger(&(Translation3::new(0.0, 0.0, high) * real), &angles, f).0 > 1e-3);
+                let clear = std::array::from_fn(|f| {
+                    self.finger(&(Translation3::new(0.0, 0.0, high) * real), &angles, f).0 > 1e-3
+                });
                 let _ = store.add_free(&seen, &measured, clear);
                 return;
             }
@@ -195,6 +197,8 @@ struct Outcome {
     confident: bool,
     /// Error less the reported 99 % half width, beyond which the belief is confidently wrong.
     excess_m: f32,
+    /// The truth is within the reported 99 % half widths.
+    covered: bool,
     landings: usize,
     evaluations: Vec<u16>,
     update_s: Vec<f64>,
@@ -205,11 +209,8 @@ struct Outcome {
 
 fn trial(seed: u64, offset: Interval, noise: Noise) -> Outcome {
     let mut random = Random(seed.wrapping_mul(0x1234_5678_9abc_def1));
-    let truth = PlanarPose::new(
-        random.uniform(0.0, 0.3),
-        random.uniform(-0.2, 0.0),
-        random.sign(core::f32::consts::FRAC_PI_4),
-    );
+    let truth =
+        PlanarPose::new(random.uniform(0.0, 0.3), random.uniform(-0.2, 0.0), random.sign(core::f32::consts::FRAC_PI_4));
     let guess = PlanarPose::new(
         truth.x_m + random.sign(offset.x_m),
         truth.y_m + random.sign(offset.y_m),
@@ -273,6 +274,8 @@ fn trial(seed: u64, offset: Interval, noise: Noise) -> Outcome {
         }
     }
     outcome.excess_m = outcome.position_m - belief.half_widths_99().0;
+    let (half_m, half_rad) = belief.half_widths_99();
+    outcome.covered = outcome.position_m <= half_m && outcome.yaw_rad <= half_rad;
     outcome.landings = world.landings;
     outcome
 }
@@ -328,6 +331,7 @@ fn study(name: &str, offset: Interval, noise: Noise, count: u64) -> Summary {
         quantile(&mut choose, 0.95),
     );
     let after = |k: usize| share(&|o| o.after.get(k).or(o.after.last()).copied().unwrap_or(false)) * 100.0;
+    println!("  within the reported 99 % region: {:.1} %", share(&|o| o.covered) * 100.0);
     println!("  right after 1..4 touches: {:.0} {:.0} {:.0} {:.0} %", after(0), after(1), after(2), after(3));
     for (seed, o) in outcomes.iter().filter(|(_, o)| !within(o, 3.0, 1.5) || !o.confident).take(12) {
         println!(

@@ -19,7 +19,7 @@ const SCALE: [f32; 3] = [1e-3, 1e-3, 0.0087];
 /// Standard deviation of a contact, metres.
 const CONTACT_SIGMA_M: f32 = 0.7e-3;
 /// Price of a finger that comes down on the object, nats.
-const LANDING_PRICE: f32 = 0.5;
+const LANDING_PRICE: f32 = 1.5;
 /// Price of making a touch again from nearly the same place, nats.
 const REPEAT_PRICE: f32 = 2.0;
 /// Nearer than this is the same place, metres and radians.
@@ -201,4 +201,69 @@ fn log_det_softened(m: &Matrix3<f32>) -> f32 {
 fn entropy(p: f32) -> f32 {
     let term = |q: f32| if q > 1e-6 { -q * libm::logf(q) } else { 0.0 };
     term(p) + term(1.0 - p)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tactus_common::pose::Interval;
+
+    const PRIOR: Prior = Prior {
+        guess: PlanarPose { x_m: 0.2, y_m: -0.1, phi_rad: 0.0 },
+        interval: Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 },
+        shape: ObjectShape::THESIS_BOX,
+    };
+
+    fn rank(belief: &Belief, history: &TouchHistory) -> RankedTouches {
+        let mut chooser = Chooser::new(belief, &PRIOR, history);
+        for _ in 0..(CANDIDATES as usize * (SAMPLES_MAX + 1)) {
+            if let Some(ranked) = chooser.step() {
+                return ranked.clone();
+            }
+        }
+        panic!("no end");
+    }
+
+    #[test]
+    fn every_candidate_is_ranked_best_first_after_a_bounded_number_of_steps() {
+        let ranked = rank(&Belief::from_prior(&PRIOR), &TouchHistory::default());
+        assert_eq!(ranked.len(), CANDIDATES as usize);
+        assert!(ranked.windows(2).all(|pair| pair[0].gain >= pair[1].gain));
+        assert!(ranked[0].gain > 1.0);
+    }
+
+    #[test]
+    fn a_touch_that_was_made_is_not_made_again_at_once() {
+        let belief = Belief::from_prior(&PRIOR);
+        let mut history = TouchHistory::default();
+        let first = rank(&belief, &history)[0];
+        history.note(first.plan.id, &belief.pose());
+        history.note(first.plan.id, &belief.pose());
+        let second = rank(&belief, &history)[0];
+        assert_ne!(first.plan.id, second.plan.id);
+    }
+
+    #[test]
+    fn what_is_known_across_the_box_makes_a_touch_of_its_ends_worth_more() {
+        let bounds = PRIOR.bounds();
+        let at = |dx: f32| PlanarPose { x_m: PRIOR.guess.x_m + dx, ..PRIOR.guess };
+        let modes = [-0.04, -0.02, 0.0, 0.02, 0.04].map(|dx| crate::belief::Mode {
+            pose: bounds.clamp(&at(dx)),
+            covariance: Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-7, 1e-6)),
+            weight: 0.0,
+            error: 0.0,
+        });
+        let along = Belief::from_modes(modes.into_iter().collect(), Default::default()).expect("modes");
+        let best = rank(&along, &TouchHistory::default())[0];
+        assert!((6..=11).contains(&best.plan.id), "{best:?}");
+    }
+
+    #[test]
+    fn the_side_that_closes_first_alternates() {
+        let belief = Belief::from_prior(&PRIOR);
+        let mut history = TouchHistory::default();
+        let before = rank(&belief, &history)[0].plan.order[0];
+        history.note(3, &belief.pose());
+        assert_ne!(before, rank(&belief, &history)[0].plan.order[0]);
+    }
 }
