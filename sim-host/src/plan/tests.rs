@@ -148,7 +148,9 @@ fn two_hundred_random_touches_are_found_free_straight_and_within_limits() {
             let complaint = witness::complaint(&solids, &t.sample(at).unwrap().q_rad, &query.hand_angles, Some((&block, half_m)));
             assert_eq!(complaint, None, "at {at} of {} s, {pose:?}", t.duration());
         }
-        let retreat = planner.plan(&PlanQuery { purpose: Purpose::Retreat, start_q_rad: end(&t), ..query }).unwrap();
+        // A contact stops the arm somewhere on the line, and not quite on it.
+        let stopped = t.sample(random.within(guarded_s, t.duration())).unwrap().q_rad.map(|q| q + random.within(-0.01, 0.01));
+        let retreat = planner.plan(&PlanQuery { purpose: Purpose::Retreat, start_q_rad: stopped, ..query }).unwrap();
         assert_straight(&retreat, 0.0, 0.25);
         assert_eq!(retreat.guarded_from_s(), None);
         q = end(&retreat);
