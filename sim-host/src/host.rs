@@ -7,7 +7,7 @@ use crate::world::World;
 use std::time::Instant;
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::cyphal::{Header, NodeId, Priority, Sender, Session, SubjectId, received_bytes};
-use tactus_common::limits::{PAYLOAD_BYTES_MAX, TICK_S};
+use tactus_common::limits::{PAYLOAD_BYTES_MAX, SILENCE_TICKS_MAX, TICK_S};
 use tactus_common::link::{self, SMALL_BYTES};
 use tactus_common::message::{
     Command, Event, EventKind, Message, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, RefusalReason, RolloutRequest,
@@ -61,6 +61,8 @@ pub struct HostEnd {
     pub bus_load_max: f32,
     /// Frames lost in queues.
     pub bus_lost: u64,
+    /// Ticks for which no command came.
+    pub deadline_misses: u32,
 }
 
 /// Subscriptions of the world.
@@ -80,6 +82,31 @@ struct Heard {
     events: Vec<Event>,
 }
 
+/// What the drives do with commands, and without: as motor controllers do, they go on with the last one for a
+/// while, and then let go.
+struct Drives {
+    last: JointCommands,
+    missed: u32,
+    missed_in_all: u32,
+}
+
+impl Drives {
+    /// The command to act on at `tick`. One that answers another tick is as good as none.
+    fn follow(&mut self, heard: Option<JointCommands>, tick: u32) -> JointCommands {
+        match heard.filter(|c| c.tick == tick) {
+            Some(commands) => {
+                self.last = commands;
+                self.missed = 0;
+            }
+            None => {
+                self.missed += 1;
+                self.missed_in_all += 1;
+            }
+        }
+        if self.missed >= SILENCE_TICKS_MAX { JointCommands::idle(tick) } else { self.last }
+    }
+}
+
 /// A world, a planner and a mental world at one end of a bus; the controller at the other.
 pub struct Host {
     world: World,
@@ -89,6 +116,7 @@ pub struct Host {
     node: Node,
     sender: Sender<5>,
     subscriptions: Subscriptions,
+    drives: Drives,
     end: HostEnd,
 }
 
@@ -133,6 +161,7 @@ impl Host {
                 rollout: Session::new(subject::<RolloutRequest>(), controller, 15),
                 event: Session::new(subject::<Event>(), controller, 1),
             },
+            drives: Drives { last: JointCommands::idle(0), missed: 0, missed_in_all: 0 },
             end: HostEnd::default(),
         })
     }
@@ -171,7 +200,8 @@ impl Host {
                 let answer = self.rollout(request, tick + 1)?;
                 self.send(&answer)?;
             }
-            self.world.tick(&heard.command.unwrap_or_else(|| JointCommands::idle(tick)))?;
+            let commands = self.drives.follow(heard.command, tick);
+            self.world.tick(&commands)?;
             self.end.ticks = tick + 1;
         }
         let stats = self.bus.stats();
@@ -182,6 +212,7 @@ impl Host {
             .iter()
             .map(|s| s.rejected + s.overrun + s.lost)
             .sum();
+        self.end.deadline_misses = self.drives.missed_in_all;
         self.end.digest = self.node.digest().0;
         Ok(self.end.clone())
     }
@@ -206,8 +237,13 @@ impl Host {
         let updating = self.node.controller().phase() == Phase::Update;
         let started = Instant::now();
         let mut said: Vec<CanFrame> = Vec::new();
+        let mut ticked = false;
         while let Some(received) = self.bus.endpoint(CONTROLLER).receive() {
-            self.node.receive(&received.frame, &mut |frame| said.push(frame));
+            ticked |= self.node.receive(&received.frame, &mut |frame| said.push(frame));
+        }
+        if !ticked {
+            // The period is over and no sensor message has come.
+            self.node.silent_tick(&mut |frame| said.push(frame));
         }
         if updating {
             self.end.update_time_s += started.elapsed().as_secs_f64();

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Matrix2, Vector2, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::time::Instant;
-use tactus_common::limits::TICK_S;
+use tactus_common::limits::TICK_US;
 use tactus_common::message::{EventKind, FailureReason, Outcome, SCHEMA_VERSION, Setup};
 use tactus_common::pose::{Interval, PlanarPose, wrap};
 use tactus_common::shape::ObjectShape;
@@ -95,6 +95,8 @@ pub struct MissionReport {
     pub bus_load_max: f32,
     /// Frames lost in queues.
     pub bus_lost: u64,
+    /// Ticks for which no command came.
+    pub deadline_misses: u32,
 }
 
 impl MissionReport {
@@ -236,11 +238,12 @@ fn judge(options: &MissionOptions, end: &HostEnd, world: &World, symmetry_rad: f
         trials: end.trials,
         evaluations: end.evaluations,
         update_time_s: end.update_time_s,
-        sim_time_s: f64::from(end.ticks) * f64::from(TICK_S),
+        sim_time_s: f64::from(end.ticks) * f64::from(TICK_US) * 1e-6,
         wall_time_s: started.elapsed().as_secs_f64(),
         bus_frames: end.bus_frames,
         bus_load_max: end.bus_load_max,
         bus_lost: end.bus_lost,
+        deadline_misses: end.deadline_misses,
     }
 }
 

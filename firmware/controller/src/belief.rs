@@ -76,6 +76,8 @@ pub enum Readiness {
     NoContact,
     /// No pose explains all contacts and free links within their accuracy: something moved, or a reading is false.
     Inconsistent,
+    /// As many unknowns as contacts: anything can be explained, so nothing is checked yet.
+    Unchecked,
     /// Several poses far apart explain the evidence.
     Ambiguous,
     /// One pose, but not exact enough.
@@ -177,7 +179,7 @@ impl Belief {
         if !self.is_consistent() {
             Readiness::Inconsistent
         } else if narrow {
-            Readiness::Ready
+            if self.is_checked() { Readiness::Ready } else { Readiness::Unchecked }
         } else if self.modes_are_apart(tolerance) {
             Readiness::Ambiguous
         } else {
@@ -198,6 +200,12 @@ impl Belief {
         // Mean n, variance 2 n: three standard deviations above the mean (no credit for the fitted components).
         let fits = r.chi_squared <= n + 3.0 * libm::sqrtf(2.0 * n);
         r.collisions == 0 && u32::from(r.outliers) * 5 <= u32::from(r.contacts) && fits
+    }
+
+    /// One contact of a closing finger more than there are unknown components.
+    fn is_checked(&self) -> bool {
+        let unknown = (0..3).filter(|axis| self.covariance[(*axis, *axis)] > 0.0).count();
+        usize::from(self.residuals.closings) > unknown
     }
 
     fn modes_are_apart(&self, tolerance: &Tolerance) -> bool {
@@ -275,7 +283,7 @@ mod tests {
     }
 
     fn touched(contacts: u16, chi_squared: f32) -> Residuals {
-        Residuals { contacts, chi_squared, ..Residuals::default() }
+        Residuals { contacts, closings: contacts, chi_squared, ..Residuals::default() }
     }
 
     fn belief(modes: &[Mode], residuals: Residuals) -> Belief {
@@ -302,6 +310,12 @@ mod tests {
         let two = belief(&[mode(0.0, 1.0), mode(0.02, 2.0)], touched(4, 3.0));
         assert_eq!(two.readiness(&tolerance), Readiness::Ambiguous);
         assert!(two.covariance()[(0, 0)] > 5e-5, "the spread of the modes counts");
+    }
+
+    #[test]
+    fn three_contacts_do_not_check_three_unknowns() {
+        let just_enough = belief(&[mode(0.0, 0.0)], touched(3, 0.0));
+        assert_eq!(just_enough.readiness(&Tolerance::default()), Readiness::Unchecked);
     }
 
     #[test]

@@ -263,3 +263,70 @@ fn checked_poses(world_from_hand: &Isometry3<f32>, angles: &HandAngles) -> Resul
         Err(StoreError::Invalid)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::touch::{candidate, rehearse::rehearse};
+    use tactus_common::pose::PlanarPose;
+    use tactus_common::shape::ObjectShape;
+
+    const SHAPE: ObjectShape = ObjectShape::THESIS_BOX;
+
+    fn hand_pose() -> Isometry3<f32> {
+        candidate(0, &SHAPE).expect("listed").world_from_hand(&PlanarPose::default(), &SHAPE)
+    }
+
+    #[test]
+    fn a_touch_across_the_box_gives_three_contacts_and_the_links_below_its_top() {
+        let mut store = EvidenceStore::new(SHAPE.top_height_m());
+        let plan = candidate(0, &SHAPE).expect("listed");
+        rehearse(&mut store, &plan, &PlanarPose::default(), &PlanarPose::default(), &SHAPE);
+        assert_eq!(store.contacts().len(), 3);
+        assert_eq!(store.free().len(), 3, "opened, only the tips hang below the top");
+        assert!(store.free().iter().all(|f| HandLink::TIPS.contains(&f.posed.link)));
+    }
+
+    #[test]
+    fn the_oldest_touch_is_forgotten_and_a_full_store_counts_what_it_drops() {
+        let mut store = EvidenceStore::new(SHAPE.top_height_m());
+        let angles = HandAngles::engaged([1.0; 3], 0.0);
+        for _ in 0..20 {
+            store.begin_touch();
+            for finger in 0..3 {
+                let added = store.add_contact(&hand_pose(), &angles, Toucher::Finger(finger), ContactKind::Closing);
+                assert_eq!(added, Ok(()));
+            }
+        }
+        assert_eq!(store.contacts().len(), 3 * TOUCHES_MAX);
+        assert_eq!(store.contacts()[0].touch as usize, 20 - TOUCHES_MAX + 1);
+        for _ in 0..100 {
+            let _ = store.add_free(&hand_pose(), &angles, [true; 3]);
+        }
+        assert!(store.dropped() > 0 && store.free().len() == FREE_LINKS_MAX);
+    }
+
+    #[test]
+    fn a_number_that_is_none_never_becomes_evidence() {
+        let mut store = EvidenceStore::new(SHAPE.top_height_m());
+        let bad = HandAngles::engaged([f32::NAN, 1.0, 1.0], 0.0);
+        let good = HandAngles::engaged([1.0; 3], 0.0);
+        let nowhere = Isometry3::translation(f32::INFINITY, 0.0, 0.0);
+        let closing = ContactKind::Closing;
+        assert_eq!(store.add_contact(&hand_pose(), &bad, Toucher::Finger(0), closing), Err(StoreError::Invalid));
+        assert_eq!(store.add_contact(&nowhere, &good, Toucher::Palm, closing), Err(StoreError::Invalid));
+        assert_eq!(store.add_contact(&hand_pose(), &good, Toucher::Finger(3), closing), Err(StoreError::Invalid));
+        assert_eq!(store.add_free(&hand_pose(), &bad, [true; 3]), Err(StoreError::Invalid));
+        assert!(store.contacts().is_empty() && store.free().is_empty());
+    }
+
+    #[test]
+    fn all_state_of_the_estimator_fits_its_budget() {
+        use core::mem::size_of;
+        let total = size_of::<EvidenceStore>()
+            + size_of::<crate::update::Update>()
+            + size_of::<crate::touch::Chooser>()
+            + size_of::<crate::belief::Belief>();
+        assert!(total <= 40 * 1024, "{total} bytes");
+    }
+}

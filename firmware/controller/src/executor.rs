@@ -4,7 +4,7 @@
 //! a bounded slope, so the reference stays continuous in position and velocity whatever happens, and continuous
 //! in acceleration as long as nothing stops it.
 
-use tactus_common::limits::{ARM_JOINTS, TICK_S};
+use tactus_common::limits::{ARM_ACCELERATION_MAX_RAD_S2, ARM_JOINTS, TICK_S};
 use tactus_common::robot::ARM_LIMITS;
 use tactus_common::trajectory::{Sample, Trajectory, TrajectoryError};
 
@@ -12,6 +12,10 @@ use tactus_common::trajectory::{Sample, Trajectory, TrajectoryError};
 const RATE_SLOPE: f32 = 50.0;
 /// Slope of the path rate when nothing is urgent, 1/s.
 const RATE_SLOPE_GENTLE: f32 = 5.0;
+/// Instants of the way back at which its rate is checked against the joints' limits.
+const RETURN_CHECKS: u8 = 32;
+/// Share of the limits that the way back uses.
+const RETURN_MARGIN: f32 = 0.85;
 /// A trajectory may start at most this far from the reference that is held, radians.
 const START_TOLERANCE_RAD: f32 = 5e-3;
 /// Speed (rad/s) and acceleration (rad/s^2) that count as rest.
@@ -149,12 +153,30 @@ impl Executor {
         }
     }
 
-    /// Goes back to the beginning of the guarded part (or of the trajectory), `rate` times as fast as it came.
+    /// Goes back to the beginning of the guarded part (or of the trajectory), `rate` times as fast as it came, or as
+    /// fast as the joints may.
     pub fn go_back(&mut self, rate: f32) {
         if self.motion == Motion::Holding {
             self.motion = Motion::Returning;
-            self.return_rate = rate;
+            self.return_rate = rate.min(self.rate_max());
         }
+    }
+
+    /// Largest rate at which the way back keeps to the joints' limits.
+    fn rate_max(&self) -> f32 {
+        let start_s = if self.guard_s.is_finite() { self.guard_s } else { 0.0 };
+        let span_s = self.path_s - start_s;
+        let mut rate_max = f32::INFINITY;
+        for i in 0..=RETURN_CHECKS {
+            let share = i as f32 / RETURN_CHECKS as f32;
+            let Some(sample) = self.trajectory.sample(start_s + share * span_s) else { return 1.0 };
+            for (j, limit) in ARM_LIMITS.iter().enumerate() {
+                let speed = limit.velocity_rad_s / sample.qd_rad_s[j].abs().max(1e-6);
+                let acceleration = ARM_ACCELERATION_MAX_RAD_S2[j] / sample.qdd_rad_s2[j].abs().max(1e-6);
+                rate_max = rate_max.min(RETURN_MARGIN * speed.min(libm::sqrtf(acceleration)));
+            }
+        }
+        rate_max.max(1.0)
     }
 
     /// The next reference, one tick on.

@@ -11,8 +11,11 @@ use tactus_common::message::{
 };
 use tactus_common::reading::TactileImage;
 
-/// Ticks after which a subject's transfer number starts afresh.
-const SESSION_TIMEOUT_TICKS: u64 = 15;
+/// Ticks after which the transfer number of a periodic subject starts afresh: below 16 of its periods, so that a gap
+/// never makes fresh transfers look old.
+const PERIODIC_TIMEOUT_TICKS: u64 = 15;
+/// The same for answers, which may take long: a full trajectory needs 0.1 s on an idle classic bus.
+const ANSWER_TIMEOUT_TICKS: u64 = 500;
 /// Ticks between two heartbeats: 1 Hz.
 const HEARTBEAT_PERIOD_TICKS: u32 = 500;
 const SMALL_RX_BYTES: usize = received_bytes(SMALL_BYTES, Mtu::Fd);
@@ -81,7 +84,6 @@ impl Node {
     /// A controller node that sends frames of this format; it receives both.
     pub fn new(mtu: Mtu) -> Self {
         let world = id(node::WORLD);
-        let timeout = SESSION_TIMEOUT_TICKS;
         Self {
             controller: Controller::default(),
             mtu,
@@ -97,11 +99,11 @@ impl Node {
                     subject::<Heartbeat>(),
                 ],
             ),
-            setup: Session::new(subject::<Setup>(), world, timeout),
-            sensors: Session::new(subject::<SensorFrame>(), world, timeout),
-            tactile: Session::new(subject::<TactileSlice>(), world, timeout),
-            plan: Session::new(subject::<PlanAnswer>(), world, timeout),
-            rollout: Session::new(subject::<RolloutResult>(), world, timeout),
+            setup: Session::new(subject::<Setup>(), world, ANSWER_TIMEOUT_TICKS),
+            sensors: Session::new(subject::<SensorFrame>(), world, PERIODIC_TIMEOUT_TICKS),
+            tactile: Session::new(subject::<TactileSlice>(), world, PERIODIC_TIMEOUT_TICKS),
+            plan: Session::new(subject::<PlanAnswer>(), world, ANSWER_TIMEOUT_TICKS),
+            rollout: Session::new(subject::<RolloutResult>(), world, ANSWER_TIMEOUT_TICKS),
             pending: Pending::default(),
             digest: Digest::default(),
             ticks: 0,

@@ -124,3 +124,45 @@ fn nearest_link(
     }
     nearest
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::touch::candidate;
+
+    const SHAPE: ObjectShape = ObjectShape::THESIS_BOX;
+
+    #[test]
+    fn at_the_predicted_onset_the_predicted_link_just_touches() {
+        let (believed, truth) = (PlanarPose::new(0.2, -0.1, 0.3), PlanarPose::new(0.21, -0.11, 0.2));
+        for id in 0..crate::touch::CANDIDATES {
+            let plan = candidate(id, &SHAPE).expect("listed");
+            for (finger, felt) in predict(&plan, &believed, &truth, &SHAPE).iter().enumerate() {
+                let FingerPrediction::Contact { inner_rad, link, .. } = felt else { continue };
+                let hand = truth.isometry(SHAPE.rest_height_m()).inverse() * plan.world_from_hand(&believed, &SHAPE);
+                let mut inner = plan.preopen_rad;
+                inner[finger] = *inner_rad;
+                let poses = hand::link_poses(&hand, &HandAngles::engaged(inner, plan.spread_rad));
+                let gap = SHAPE.separation(&poses[link.index()], hand_prism(*link)).expect("finite").distance_m;
+                assert!(gap.abs() < 1.5e-4, "{id} F{}: {gap}", finger + 1);
+            }
+        }
+    }
+
+    #[test]
+    fn a_box_that_is_not_there_is_not_felt() {
+        let plan = candidate(0, &SHAPE).expect("listed");
+        let away = PlanarPose::new(0.6, 0.0, 0.0);
+        assert_eq!(predict(&plan, &PlanarPose::default(), &away, &SHAPE), [FingerPrediction::Nothing; 3]);
+    }
+
+    #[test]
+    fn a_finger_over_the_top_face_lands() {
+        let plan = candidate(0, &SHAPE).expect("listed");
+        // F1 and F2 stand on the +y side of the believed box; the true one reaches under them.
+        let felt = predict(&plan, &PlanarPose::default(), &PlanarPose::new(0.0, 0.08, 0.0), &SHAPE);
+        assert_eq!(felt[0], FingerPrediction::Landed);
+        assert_eq!(felt[1], FingerPrediction::Landed);
+        assert_ne!(felt[2], FingerPrediction::Landed);
+    }
+}

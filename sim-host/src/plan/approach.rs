@@ -107,7 +107,7 @@ impl Planner {
             tolerance_rad: 2e-3,
         };
         if path.len() > 2 {
-            for pieces in [6, 10, 16] {
+            for pieces in [6, 9, 13, 18, 24, 32] {
                 let curve = Curve::rounding(path, pieces, full_speed_s);
                 if let Some(curve) = curve.filter(|curve| is_free(space, curve)) {
                     return vec![Part { curve, pace }];

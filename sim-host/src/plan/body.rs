@@ -69,14 +69,14 @@ impl Body {
         rapier3d::parry::query::intersection_test(&Pose::IDENTITY, &cuboid, &box_from_shape, &*self.shape).map_or(true, |t| t.intersecting)
     }
 
-    /// Whether the solids are closer than `margin_m`.
+    /// Whether the solids overlap or are no farther apart than `margin_m`.
     pub fn near(&self, world_from_link: &Pose, other: &Body, world_from_other: &Pose, margin_m: f32) -> bool {
         let reach = self.radius_m + other.radius_m + margin_m;
         if (self.centre(world_from_link) - other.centre(world_from_other)).length_squared() > reach * reach {
             return false;
         }
         let (a, b) = (*world_from_link * self.local, *world_from_other * other.local);
-        rapier3d::parry::query::distance(&a, &*self.shape, &b, &*other.shape).map_or(true, |d| d.distance < margin_m)
+        rapier3d::parry::query::distance(&a, &*self.shape, &b, &*other.shape).map_or(true, |d| d.distance <= margin_m)
     }
 }
 

@@ -156,5 +156,11 @@ fn step_cost_s(from: &Node, to: &Node) -> Option<f32> {
     if turn > 1.5 * SWIVEL_STEP_RAD || from.q_rad.iter().zip(&to.q_rad).any(|(a, b)| (a - b).abs() > JOINT_STEP_MAX_RAD) {
         return None;
     }
-    Some(travel_time_s(&from.q_rad, &to.q_rad) + 0.1 * turn)
+    // A sign that changes means that the singularity was passed between the rungs.
+    if from.q_rad[1] * to.q_rad[1] < 0.0 || from.q_rad[5] * to.q_rad[5] < 0.0 {
+        return None;
+    }
+    // The square evens the speed out: the slowest place sets the pace of the whole line.
+    let time_s = travel_time_s(&from.q_rad, &to.q_rad);
+    Some(time_s + 10.0 * time_s * time_s + 0.1 * turn)
 }

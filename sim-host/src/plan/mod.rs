@@ -63,7 +63,7 @@ impl Planner {
     ///
     /// # Errors
     /// [`PlanRefusal`]: why there is none. The planner keeps no state, so the same query always has the same answer.
-    pub fn plan(&mut self, query: &PlanQuery) -> Result<Trajectory, PlanRefusal> {
+    pub fn plan(&self, query: &PlanQuery) -> Result<Trajectory, PlanRefusal> {
         if !query.is_usable() {
             return Err(PlanRefusal::NonFinite);
         }
@@ -77,7 +77,7 @@ impl Planner {
             Purpose::Retreat => (self.retreat(query)?, false),
             Purpose::Transport => (self.transport(query)?, true),
         };
-        assemble(query.request, &parts, guarded)
+        assemble(query, &parts, guarded)
     }
 
     /// Straight up by the approach height.
@@ -188,8 +188,8 @@ fn carry_strokes(from: &nalgebra::Isometry3<f32>, to: &nalgebra::Isometry3<f32>,
 }
 
 /// Times all parts one after the other, the last one guarded if `guarded`.
-fn assemble(request: u16, parts: &[Part], guarded: bool) -> Result<Trajectory, PlanRefusal> {
-    let mut trajectory = Trajectory { request, knots: Default::default(), guarded_from: u8::MAX };
+fn assemble(query: &PlanQuery, parts: &[Part], guarded: bool) -> Result<Trajectory, PlanRefusal> {
+    let mut trajectory = Trajectory { request: query.request, knots: Default::default(), guarded_from: u8::MAX };
     for (i, part) in parts.iter().enumerate() {
         let start_s = trajectory.duration();
         if guarded && i + 1 == parts.len() {
@@ -200,6 +200,13 @@ fn assemble(request: u16, parts: &[Part], guarded: bool) -> Result<Trajectory, P
             let knot = Knot { t_s: start_s + knot.t_s, ..knot };
             trajectory.knots.push(knot).map_err(|_| PlanRefusal::TooManyKnots)?;
         }
+    }
+    let start = Knot { q_rad: query.start_q_rad, ..Knot::default() };
+    match trajectory.knots.first_mut() {
+        // The curve gives it back within a rounding; the executor compares with what it commanded last.
+        Some(first) => first.q_rad = start.q_rad,
+        // Already there.
+        None => trajectory.knots.push(start).map_err(|_| PlanRefusal::TooManyKnots)?,
     }
     trajectory.check(&ARM_LIMITS).map_err(PlanRefusal::Unfit)?;
     Ok(trajectory)

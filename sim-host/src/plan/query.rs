@@ -124,7 +124,7 @@ impl Default for PlannerConfig {
             // The rest is left to the controller for following.
             velocity_scale: 0.85,
             acceleration_scale: 0.85,
-            carry_acceleration_scale: 0.35,
+            carry_acceleration_scale: 0.5,
             guarded_speed_m_s: 0.06,
             retreat_speed_m_s: 0.25,
             carry_speed_m_s: 0.5,

@@ -92,7 +92,9 @@ impl Scene {
             }
         }
         if let Some(object) = &rules.object {
-            for body in self.bodies.iter().filter(|body| !(rules.fingers_may_touch && is_finger(body.link))) {
+            // Base and shoulder turn on the spot: where the object may be overlaps them, no motion can help.
+            let movers = self.bodies.iter().filter(|body| body.link >= 2);
+            for body in movers.filter(|body| !(rules.fingers_may_touch && is_finger(body.link))) {
                 if body.meets_box(&poses[body.link], &object.pose, object.half_m) {
                     return Some(Hit::Object);
                 }
@@ -105,18 +107,6 @@ impl Scene {
             }
         }
         rules.carried.and_then(|load| self.load_hit(&poses, &load, rules))
-    }
-
-    #[cfg(test)]
-    pub(super) fn explain(&self, q_rad: &Joints, angles: &HandAngles, rules: &Rules) {
-        let poses = Self::link_poses(q_rad, angles);
-        for body in &self.bodies {
-            println!("link {} lowest {} centre {:?} r {}", body.link, body.lowest_m(&poses[body.link]), body.centre(&poses[body.link]), body.radius_m);
-        }
-        for (i, k) in &self.pairs {
-            let (a, b) = (&self.bodies[*i], &self.bodies[*k]);
-            if a.near(&poses[a.link], b, &poses[b.link], rules.self_margin_m) { println!("{} meets {}", a.link, b.link); }
-        }
     }
 
     /// What a carried box runs into; its height is that of its lowest corner.

@@ -75,7 +75,7 @@ impl Space<'_> {
 
     /// A posture: mostly from the neighbourhood of start and goal, every third from the whole range.
     fn draw(&self, start: &Joints, goal: &Joints, random: &mut Pcg32) -> Joints {
-        let wide = random.next_u32() % 3 == 0;
+        let wide = random.next_u32().is_multiple_of(3);
         core::array::from_fn(|j| {
             let limit = &ARM_LIMITS[j];
             let (low, high) = if wide {
@@ -119,6 +119,15 @@ impl Space<'_> {
             let to = between(&path[k], &path[k + 1], b - k as f32);
             if self.clear(&from, &to) {
                 path.splice(i + 1..=k, [from, to]);
+            }
+        }
+        // Corners that can be left out altogether: cutting leaves slivers.
+        let mut i = 1;
+        while i + 1 < path.len() {
+            if self.clear(&path[i - 1], &path[i + 1]) {
+                path.remove(i);
+            } else {
+                i += 1;
             }
         }
         path

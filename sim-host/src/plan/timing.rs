@@ -5,6 +5,9 @@ use tactus_common::limits::{ARM_ACCELERATION_MAX_RAD_S2, KNOTS_MAX};
 use tactus_common::robot::ARM_LIMITS;
 use tactus_common::trajectory::Knot;
 
+/// Shortest motion, seconds: room for a few knots at least a tick apart.
+const DURATION_MIN_S: f64 = 0.06;
+
 /// How fast a curve may be followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pace {
@@ -77,7 +80,8 @@ impl Law {
         let ramp_s = 1.5 * speed * per_acceleration;
         let law = Self { speed, ramp_s, cruise_s: (length / speed - ramp_s).max(0.0) };
         // The bounds above ignore that bend and ramp add up, or that they fall on different places: settle by uniform stretching.
-        law.stretched(law.excess(curve, pace))
+        let law = law.stretched(law.excess(curve, pace));
+        law.stretched((DURATION_MIN_S / law.duration()).max(1.0))
     }
 
     /// By what factor time must be stretched (or may be shrunk, below 1) so that one limit is just met.

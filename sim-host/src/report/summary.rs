@@ -78,7 +78,7 @@ impl Summary {
             update_time_s: report.update_time_s,
             sim_time_s: report.sim_time_s,
             wall_time_s: report.wall_time_s,
-            deadline_misses: 0,
+            deadline_misses: report.deadline_misses,
             bus: Bus { frames: report.bus_frames, load_max: report.bus_load_max, lost: report.bus_lost },
         }
     }

@@ -5,6 +5,7 @@
 //! [`Mismatch`]; the controller and the mental model never see it. The true pose of the object is for reports only.
 //!
 //! * [`model`]: URDF and TOML. [`robot`]: the multibody. [`drive`], [`hand`]: motors, worms, TorqueSwitch, shafts.
+//! * [`integrator`]: why a swinging arm keeps its energy.
 //! * [`contacts`], [`tactile`], [`sensors`]: what the robot feels. [`mismatch`], [`noise`]: how reality differs.
 //!
 //! Every run is a pure function of scene, mismatch, seed and commands: one thread, `enhanced-determinism`, `libm`.
@@ -14,6 +15,7 @@ pub mod digest;
 pub mod drive;
 pub mod error;
 pub mod hand;
+pub mod integrator;
 pub mod mismatch;
 pub mod model;
 pub mod noise;
@@ -72,6 +74,7 @@ pub fn integration_parameters(dt_s: f32) -> IntegrationParameters {
 struct State {
     tick: u32,
     drives: HandDrives,
+    arm_qd_before_rad_s: [f32; 7],
     pending: VecDeque<JointCommands>,
     noise: Noise,
     readings: JointReadings,
@@ -147,6 +150,7 @@ impl World {
         let state = State {
             tick: 0,
             drives,
+            arm_qd_before_rad_s: [0.0; 7],
             pending: VecDeque::new(),
             noise,
             readings,
@@ -226,15 +230,29 @@ impl World {
     fn step(&mut self, tau_nm: &[f32; 7], hand: &[HandCommand; 4]) {
         let dt_s = self.physics.integration_parameters.dt;
         self.state.drives.drive(&mut self.physics, &self.robot, &self.params, hand, dt_s);
-        self.robot.set_arm_torques(&mut self.physics, tau_nm);
-        self.physics.step();
+        self.step_arm(tau_nm);
         self.state.drives.feel(&self.physics, &self.robot, &self.params);
+    }
+
+    fn step_arm(&mut self, tau_nm: &[f32; 7]) {
+        let arm: [drive::JointState; 7] = self.robot.states(&self.physics, &self.robot.arm);
+        let qd_rad_s = arm.map(|s| s.qd_rad_s);
+        let correction = integrator::midpoint_torques(&arm.map(|s| s.q_rad), &qd_rad_s, &self.state.arm_qd_before_rad_s);
+        let tau_nm = core::array::from_fn(|i| tau_nm[i] + correction[i]);
+        self.state.arm_qd_before_rad_s = qd_rad_s;
+        self.robot.set_arm_torques(&mut self.physics, &tau_nm);
+        self.physics.step();
     }
 
     /// Takes limits and collisions away from the robot (physics tests).
     #[cfg(test)]
     fn free_the_arm(&mut self) {
+        self.robot.make_frictionless(&mut self.physics, false);
+        self.robot.remove_all_damping(&mut self.physics);
         self.robot.remove_limits(&mut self.physics);
+        let hand = self.robot.spread.iter().chain(&self.robot.inner).chain(&self.robot.tip);
+        let springs: Vec<_> = hand.map(|j| (*j, 1e5, self.robot.state(&self.physics, j).q_rad)).collect();
+        self.robot.set_springs(&mut self.physics, &springs);
         for named in &self.robot.colliders {
             if let Some(collider) = self.physics.colliders.get_mut(named.collider) {
                 collider.set_collision_groups(InteractionGroups::none());
@@ -347,6 +365,7 @@ impl World {
             fnv.f32(finger.broken_at_rad.unwrap_or(-1.0));
         }
         fnv.f32s(&[self.state.drives.spread.q_rad, self.state.drives.spread.qd_rad_s]);
+        fnv.f32s(&self.state.arm_qd_before_rad_s);
         fnv.u32(self.state.noise.fingerprint());
         fnv.value()
     }

@@ -8,15 +8,7 @@ use super::error::WorldError;
 use rapier3d::prelude::{MassProperties, Pose, Rotation, SharedShape, Vector};
 use serde::Deserialize;
 use std::collections::BTreeMap;
-
-const URDF: &str = include_str!("../../../common/models/wam7_bh280.urdf");
-const TOML: &str = include_str!("../../../common/models/wam7_bh280.toml");
-const MESHES: [(&str, &str); 4] = [
-    ("palm.obj", include_str!("../../../common/models/palm.obj")),
-    ("finger_knuckle.obj", include_str!("../../../common/models/finger_knuckle.obj")),
-    ("finger_inner.obj", include_str!("../../../common/models/finger_inner.obj")),
-    ("fingertip.obj", include_str!("../../../common/models/fingertip.obj")),
-];
+use tactus_common::robot::source::{TOML, URDF, mesh};
 
 /// One link: mass and convex collision shapes, in the link's frame.
 #[derive(Clone)]
@@ -265,7 +257,7 @@ fn model_error(text: impl core::fmt::Display) -> WorldError {
 impl RobotModel {
     /// The robot description that this program was built with.
     pub fn shipped() -> Result<Self, WorldError> {
-        Self::parse(URDF, TOML, |name| MESHES.iter().find(|(n, _)| *n == name).map(|(_, text)| (*text).to_owned()))
+        Self::parse(URDF, TOML, |name| mesh(name).map(str::to_owned))
     }
 
     /// Reads a description; `mesh` finds the text of a mesh file by its name.
@@ -432,7 +424,7 @@ mod tests {
 
     #[test]
     fn a_damaged_description_is_refused_with_its_place() {
-        let mesh = |name: &str| MESHES.iter().find(|(n, _)| *n == name).map(|(_, t)| (*t).to_owned());
+        let mesh = |name: &str| mesh(name).map(str::to_owned);
         let cut = RobotModel::parse(&URDF[..URDF.len() / 2], TOML, mesh);
         assert!(matches!(cut, Err(WorldError::Model(_))));
         let renamed = URDF.replace("name=\"wam_joint4\"", "name=\"elbow\"");

@@ -351,6 +351,14 @@ impl Robot {
         }
     }
 
+    /// Takes all viscous damping away (physics tests).
+    #[cfg(test)]
+    pub fn remove_all_damping(&self, world: &mut PhysicsWorld) {
+        if let Some(multibody) = self.multibody_mut(world) {
+            multibody.damping_mut().fill(0.0);
+        }
+    }
+
     /// Takes the limits off the arm's joints (physics tests).
     #[cfg(test)]
     pub fn remove_limits(&self, world: &mut PhysicsWorld) {
@@ -442,22 +450,32 @@ impl Robot {
         world.bodies.get(link.body).map_or(Pose::IDENTITY, |b| *b.position() * link.in_body)
     }
 
-    /// Kinetic energy of the joints, rotors included: 1/2 v' M v with M by its definition over the bodies, joules (f64).
-    pub fn kinetic_energy_j(&self, world: &PhysicsWorld) -> f64 {
-        let Some(multibody) = self.multibody(world) else { return 0.0 };
-        let mut energy = 0.0;
-        for (v, armature) in multibody.generalized_velocity().iter().zip(multibody.armature().iter()) {
-            energy += 0.5 * f64::from(*armature) * f64::from(*v) * f64::from(*v);
-        }
-        for link in multibody.links().skip(1) {
-            if let Some(body) = world.bodies.get(link.rigid_body_handle()) {
-                energy += f64::from(body.kinetic_energy());
+    /// Joint-space inertia M(q) by its definition over the bodies, rotors included (f64), and the joints' velocities.
+    #[cfg(test)]
+    pub fn inertia_and_velocity(&self, world: &PhysicsWorld) -> (nalgebra::DMatrix<f64>, nalgebra::DVector<f64>) {
+        let multibody = self.multibody(world).expect("the robot is there");
+        let n = multibody.ndofs();
+        let mut inertia = nalgebra::DMatrix::<f64>::from_diagonal(&multibody.armature().map(f64::from));
+        for (id, link) in multibody.links().enumerate().skip(1) {
+            let body = world.bodies.get(link.rigid_body_handle()).expect("every link has a body");
+            let jacobian = multibody.body_jacobian(id).map(f64::from);
+            let properties = &body.mass_properties().local_mprops;
+            let turn = body.position().rotation * properties.principal_inertia_local_frame;
+            let principal = properties.principal_inertia();
+            let axes = [Vector::X, Vector::Y, Vector::Z].map(|axis| turn * axis);
+            for k in 0..3 {
+                let linear = jacobian.row(k);
+                inertia += linear.transpose() * linear * f64::from(body.mass());
+                let axis = nalgebra::RowVector3::new(axes[k].x, axes[k].y, axes[k].z).map(f64::from);
+                let angular = axis * jacobian.rows(3, 3);
+                inertia += angular.transpose() * angular * f64::from(principal[k]);
             }
         }
-        energy
+        (inertia, nalgebra::DVector::from_fn(n, |i, _| f64::from(multibody.generalized_velocity()[i])))
     }
 
     /// Potential energy of the robot's links in the world's gravity, joules (f64).
+    #[cfg(test)]
     pub fn potential_energy_j(&self, world: &PhysicsWorld) -> f64 {
         let Some(multibody) = self.multibody(world) else { return 0.0 };
         let g = world.gravity;

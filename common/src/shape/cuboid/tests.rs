@@ -72,10 +72,7 @@ fn separation(object_from_link: &Isometry3<f32>, prism: &Prism) -> Separation {
 }
 
 fn any_pose() -> impl Strategy<Value = Isometry3<f32>> {
-    (
-        [-0.2_f32..0.2, -0.15_f32..0.15, -0.15_f32..0.2],
-        [-2.0_f32..2.0, -2.0_f32..2.0, -2.0_f32..2.0],
-    )
+    ([-0.2_f32..0.2, -0.15_f32..0.15, -0.15_f32..0.2], [-2.0_f32..2.0, -2.0_f32..2.0, -2.0_f32..2.0])
         .prop_map(|(t, r)| pose(t, r))
 }
 
@@ -165,6 +162,24 @@ fn crossed_edges_touch_along_their_common_normal() {
     for gap in [-0.002_f32, 0.0, 0.003] {
         let centre = Vector3::new(0.0, 0.05, 0.1) + out * (half_diagonal_m + gap);
         let s = separation(&Isometry3::from_parts(centre.into(), lean), &square);
+        assert!((s.distance_m - gap).abs() < 1e-5, "gap {gap}: {}", s.distance_m);
+        assert!((s.normal_object - out).norm() < 1e-3, "{}", s.normal_object);
+    }
+}
+
+#[test]
+fn an_edge_along_the_prisms_own_axis_touches_an_edge_of_the_box() {
+    // As above, with the post's length along its own z.
+    let post: Prism =
+        Prism { corners_m: &[[-0.01, -0.01], [0.01, -0.01], [0.01, 0.01], [-0.01, 0.01]], z_m: [-0.1, 0.1] };
+    let quarter = core::f32::consts::FRAC_PI_4;
+    let lean = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), quarter)
+        * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), quarter);
+    let out = Vector3::new(0.0, 1.0, 1.0).normalize();
+    let half_diagonal_m = 0.01 * core::f32::consts::SQRT_2;
+    for gap in [-0.002_f32, 0.0, 0.003] {
+        let centre = Vector3::new(0.0, 0.05, 0.1) + out * (half_diagonal_m + gap);
+        let s = separation(&Isometry3::from_parts(centre.into(), lean), &post);
         assert!((s.distance_m - gap).abs() < 1e-5, "gap {gap}: {}", s.distance_m);
         assert!((s.normal_object - out).norm() < 1e-3, "{}", s.normal_object);
     }

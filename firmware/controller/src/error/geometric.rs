@@ -64,6 +64,8 @@ pub struct Geometric<'a> {
 pub struct Residuals {
     /// Contacts in the evidence.
     pub contacts: u16,
+    /// Those among them of closing fingers: a hand that came down on the top says hardly where the object stands.
+    pub closings: u16,
     /// Contacts farther from the surface than three standard deviations.
     pub outliers: u16,
     /// Free links deeper inside than the tolerance by more than three standard deviations.
@@ -95,6 +97,7 @@ impl<'a> Geometric<'a> {
                 None => f32::INFINITY,
             };
             found.contacts += 1;
+            found.closings += u16::from(contact.kind != ContactKind::Landing);
             found.outliers += u16::from(libm::fabsf(u) > 3.0);
             found.chi_squared += (u * u).min(9.0);
         }
@@ -225,5 +228,106 @@ impl ErrorFunction for Geometric<'_> {
             error: sum.error,
             slope: Some(Slope { half_gradient: sum.half_gradient, information: sum.information }),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::touch::{candidate, rehearse::rehearse};
+
+    const SHAPE: ObjectShape = ObjectShape::THESIS_BOX;
+    const TRUTH: PlanarPose = PlanarPose { x_m: 0.21, y_m: -0.09, phi_rad: 0.2 };
+    const BELIEVED: PlanarPose = PlanarPose { x_m: 0.2, y_m: -0.1, phi_rad: 0.1 };
+
+    fn store_of(ids: &[u8]) -> EvidenceStore {
+        let mut store = EvidenceStore::new(SHAPE.top_height_m());
+        for id in ids {
+            rehearse(&mut store, &candidate(*id, &SHAPE).expect("listed"), &BELIEVED, &TRUTH, &SHAPE);
+        }
+        store
+    }
+
+    fn exact() -> GeometricConfig {
+        GeometricConfig { contact_depth_m: 0.0, ..GeometricConfig::default() }
+    }
+
+    #[test]
+    fn the_truth_explains_what_it_caused_and_other_poses_do_not() {
+        let store = store_of(&[0, 6]);
+        let error = Geometric::new(&store, &SHAPE, &exact());
+        assert!(error.evaluate(&TRUTH).error < 0.5);
+        for off in [[0.01, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, 0.0, 0.08], [-0.01, 0.0, 0.0], [0.0, -0.03, -0.1]] {
+            let pose = PlanarPose::new(TRUTH.x_m + off[0], TRUTH.y_m + off[1], TRUTH.phi_rad + off[2]);
+            assert!(error.evaluate(&pose).error > 10.0, "{off:?}");
+        }
+        let residuals = error.residuals(&TRUTH);
+        assert_eq!((residuals.contacts, residuals.closings, residuals.outliers, residuals.collisions), (6, 6, 0, 0));
+    }
+
+    #[test]
+    fn the_slope_agrees_with_differences() {
+        let store = store_of(&[1, 7, 10]);
+        let config = GeometricConfig { loss_scale: 30.0, ..exact() };
+        let error = Geometric::new(&store, &SHAPE, &config);
+        let mut compared = 0;
+        for index in 0..40_u16 {
+            let unit = crate::optimise::start(index);
+            let pose = [0.17 + 0.08 * unit[0], -0.13 + 0.08 * unit[1], -0.1 + 0.6 * unit[2]];
+            let slope = error.evaluate(&PlanarPose::from_array(pose)).slope.expect("analytic").half_gradient * 2.0;
+            for axis in 0..3 {
+                let by = 2e-5;
+                let at = |sign: f32| {
+                    let mut p = pose;
+                    p[axis] += sign * by;
+                    error.evaluate(&PlanarPose::from_array(p))
+                };
+                let (low, high) = (at(-1.0), at(1.0));
+                let slopes = [low, high].map(|e| e.slope.expect("analytic").half_gradient[axis] * 2.0);
+                // Skip where a nearest feature changes within the step.
+                if (slopes[0] - slopes[1]).abs() < 0.02 * slope.norm() {
+                    let difference = (high.error - low.error) / (2.0 * by);
+                    let scale = slope.norm() + 0.01 * low.error / by;
+                    assert!((difference - slope[axis]).abs() < 0.03 * scale, "{difference} {}", slope[axis]);
+                    compared += 1;
+                }
+            }
+        }
+        assert!(compared > 60, "{compared}");
+    }
+
+    #[test]
+    fn a_pose_through_a_free_link_costs_even_without_any_contact() {
+        let mut store = EvidenceStore::new(SHAPE.top_height_m());
+        store.begin_touch();
+        let plan = candidate(0, &SHAPE).expect("listed");
+        let hand = plan.world_from_hand(&BELIEVED, &SHAPE);
+        let open = tactus_common::robot::hand::HandAngles::engaged(plan.preopen_rad, plan.spread_rad);
+        store.add_free(&hand, &open, [true; 3]).expect("room");
+        let error = Geometric::new(&store, &SHAPE, &exact());
+        assert_eq!(error.evaluate(&BELIEVED).error, 0.0);
+        let across = PlanarPose { y_m: BELIEVED.y_m + 0.09, ..BELIEVED };
+        assert!(error.evaluate(&across).error > 10.0);
+        assert!(error.residuals(&across).collisions > 0);
+    }
+
+    #[test]
+    fn evidence_counts_less_the_more_touches_came_after_it() {
+        let mut store = store_of(&[0]);
+        let information = |store: &EvidenceStore| {
+            Geometric::new(store, &SHAPE, &exact()).evaluate(&TRUTH).slope.expect("analytic").information.trace()
+        };
+        let fresh = information(&store);
+        store.begin_touch();
+        store.begin_touch();
+        let aged = information(&store);
+        assert!(aged < 0.7 * fresh && aged > 0.0, "{fresh} {aged}");
+    }
+
+    #[test]
+    fn a_pose_that_is_no_number_has_no_finite_error() {
+        let store = store_of(&[0]);
+        let error = Geometric::new(&store, &SHAPE, &exact());
+        assert!(!error.evaluate(&PlanarPose::new(f32::NAN, 0.0, 0.0)).is_finite());
     }
 }

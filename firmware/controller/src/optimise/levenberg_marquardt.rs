@@ -97,7 +97,8 @@ impl LevenbergMarquardt {
         let mut right = -slope.half_gradient;
         for axis in 0..3 {
             let scale = if axis == 2 { self.config.lever_m * self.config.lever_m } else { 1.0 };
-            system[(axis, axis)] += self.damping * (system[(axis, axis)] + CURVATURE_MIN * scale) + CURVATURE_MIN * scale;
+            system[(axis, axis)] +=
+                self.damping * (system[(axis, axis)] + CURVATURE_MIN * scale) + CURVATURE_MIN * scale;
         }
         for axis in 0..3 {
             if held[axis] {
@@ -196,11 +197,8 @@ mod tests {
     fn bowl(p: &PlanarPose) -> Evaluation {
         let (x, y, phi) = (p.x_m - 0.02, p.y_m + 0.01, p.phi_rad - 0.1);
         let residuals = [1000.0 * (x + 2.0 * phi * phi), 1000.0 * y, 100.0 * (phi + x * 3.0)];
-        let rows = [
-            Vector3::new(1000.0, 0.0, 4000.0 * phi),
-            Vector3::new(0.0, 1000.0, 0.0),
-            Vector3::new(300.0, 0.0, 100.0),
-        ];
+        let rows =
+            [Vector3::new(1000.0, 0.0, 4000.0 * phi), Vector3::new(0.0, 1000.0, 0.0), Vector3::new(300.0, 0.0, 100.0)];
         let mut slope = Slope { half_gradient: Vector3::zeros(), information: Matrix3::zeros() };
         let mut error = 0.0;
         for (r, j) in residuals.iter().zip(rows) {
@@ -249,8 +247,7 @@ mod tests {
     #[test]
     fn an_error_that_is_no_number_ends_the_search() {
         let bounds = Bounds::new(&PlanarPose::default(), &Interval { x_m: 0.1, y_m: 0.1, phi_rad: 0.1 });
-        let mut search =
-            LevenbergMarquardt::new(&LevenbergMarquardtConfig::default(), &bounds, &PlanarPose::default());
+        let mut search = LevenbergMarquardt::new(&LevenbergMarquardtConfig::default(), &bounds, &PlanarPose::default());
         search.tell(&Evaluation { error: f32::NAN, slope: None });
         assert!(matches!(search.ask(), Ask::Done(_, StopReason::NotEvaluable)));
     }

@@ -63,10 +63,9 @@ impl Bounds {
     pub fn new(guess: &PlanarPose, interval: &Interval) -> Self {
         let (centre, half) = (guess.to_array(), interval.to_array());
         let mut bounds = Self { lower: centre, upper: centre };
-        for axis in 0..3 {
-            let half_width = libm::fabsf(half[axis]);
-            bounds.lower[axis] -= half_width;
-            bounds.upper[axis] += half_width;
+        for ((lower, upper), half_width) in bounds.lower.iter_mut().zip(&mut bounds.upper).zip(half) {
+            *lower -= libm::fabsf(half_width);
+            *upper += libm::fabsf(half_width);
         }
         bounds
     }
@@ -74,8 +73,8 @@ impl Bounds {
     /// The nearest pose within.
     pub fn clamp(&self, pose: &PlanarPose) -> PlanarPose {
         let mut p = pose.to_array();
-        for axis in 0..3 {
-            p[axis] = p[axis].max(self.lower[axis]).min(self.upper[axis]);
+        for ((value, lower), upper) in p.iter_mut().zip(self.lower).zip(self.upper) {
+            *value = value.max(lower).min(upper);
         }
         PlanarPose::from_array(p)
     }
@@ -83,8 +82,8 @@ impl Bounds {
     /// The pose at `unit` (each component 0..1) of the way through the region.
     pub fn at(&self, unit: [f32; 3]) -> PlanarPose {
         let mut p = self.lower;
-        for axis in 0..3 {
-            p[axis] += unit[axis] * (self.upper[axis] - self.lower[axis]);
+        for (axis, value) in p.iter_mut().enumerate() {
+            *value += unit[axis] * (self.upper[axis] - self.lower[axis]);
         }
         PlanarPose::from_array(p)
     }

@@ -35,7 +35,7 @@ const THUMB: [bool; FINGERS] = [false, false, true];
 /// both end faces, F3 on one side. 8-11: hooks over an end face, with F3 or with F1 and F2. 12-15: the same over a side.
 pub fn candidate(id: u8, shape: &ObjectShape) -> Option<TouchPlan> {
     let [half_x_m, half_y_m, _] = shape.half_extents_m();
-    let sign = if id % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = if id.is_multiple_of(2) { 1.0 } else { -1.0 };
     let across = |x_m: f32| plan(id, PlanarPose::new(x_m, 0.0, sign * FRAC_PI_2), 0.0, ALL);
     // The hand's middle, so that the tips hang the gap outside the face.
     let reach_m = |half_m: f32| half_m + HOOK_GAP_M - HALF_OPENING_M;

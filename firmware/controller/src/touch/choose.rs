@@ -82,6 +82,7 @@ pub type RankedTouches = Vec<Choice, { CANDIDATES as usize }>;
 struct Tally {
     gain: f32,
     landings: f32,
+    landing: f32,
     touching: [f32; FINGERS],
 }
 
@@ -134,16 +135,20 @@ impl Chooser {
     }
 
     fn weigh(&mut self, plan: &TouchPlan, pose: &PlanarPose, weight: f32) {
+        let felt = predict(plan, &self.believed, pose, &self.shape);
+        let landed = felt.iter().filter(|f| **f == FingerPrediction::Landed).count();
+        self.tally.landings += weight * landed as f32;
+        if landed > 0 {
+            // The hand goes back up: no finger closes.
+            self.tally.landing += weight;
+            return;
+        }
         let mut information = self.information;
-        for (finger, felt) in predict(plan, &self.believed, pose, &self.shape).iter().enumerate() {
-            match felt {
-                FingerPrediction::Contact { gradient, .. } => {
-                    let g = Vector3::from_fn(|axis, _| gradient[axis] * SCALE[axis] / CONTACT_SIGMA_M);
-                    information += g * g.transpose();
-                    self.tally.touching[finger] += weight;
-                }
-                FingerPrediction::Landed => self.tally.landings += weight,
-                FingerPrediction::Nothing => {}
+        for (finger, prediction) in felt.iter().enumerate() {
+            if let FingerPrediction::Contact { gradient, .. } = prediction {
+                let g = Vector3::from_fn(|axis, _| gradient[axis] * SCALE[axis] / CONTACT_SIGMA_M);
+                information += g * g.transpose();
+                self.tally.touching[finger] += weight;
             }
         }
         let after = log_det_softened(&inverse(&information));
@@ -152,10 +157,10 @@ impl Chooser {
 
     fn finish_candidate(&mut self, mut plan: TouchPlan) {
         let tally = self.tally;
-        let surprise: f32 = tally.touching.iter().map(|p| entropy(*p)).sum();
+        let surprise = tally.touching.iter().map(|p| entropy(*p)).sum::<f32>() + entropy(tally.landing);
         let repeats = self.history.repeats(plan.id, &self.believed) as f32;
         // Alternate the side that closes first: always the same one would push the object along.
-        plan.order = if self.history.len() % 2 == 0 { [0, 1, 2] } else { [2, 1, 0] };
+        plan.order = if self.history.len().is_multiple_of(2) { [0, 1, 2] } else { [2, 1, 0] };
         let gain = tally.gain + surprise - LANDING_PRICE * tally.landings - REPEAT_PRICE * repeats;
         let _ = self.ranked.push(Choice { plan, gain, landings: tally.landings });
         self.tally = Tally::default();
@@ -196,4 +201,69 @@ fn log_det_softened(m: &Matrix3<f32>) -> f32 {
 fn entropy(p: f32) -> f32 {
     let term = |q: f32| if q > 1e-6 { -q * libm::logf(q) } else { 0.0 };
     term(p) + term(1.0 - p)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tactus_common::pose::Interval;
+
+    const PRIOR: Prior = Prior {
+        guess: PlanarPose { x_m: 0.2, y_m: -0.1, phi_rad: 0.0 },
+        interval: Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 },
+        shape: ObjectShape::THESIS_BOX,
+    };
+
+    fn rank(belief: &Belief, history: &TouchHistory) -> RankedTouches {
+        let mut chooser = Chooser::new(belief, &PRIOR, history);
+        for _ in 0..(CANDIDATES as usize * (SAMPLES_MAX + 1)) {
+            if let Some(ranked) = chooser.step() {
+                return ranked.clone();
+            }
+        }
+        panic!("no end");
+    }
+
+    #[test]
+    fn every_candidate_is_ranked_best_first_after_a_bounded_number_of_steps() {
+        let ranked = rank(&Belief::from_prior(&PRIOR), &TouchHistory::default());
+        assert_eq!(ranked.len(), CANDIDATES as usize);
+        assert!(ranked.windows(2).all(|pair| pair[0].gain >= pair[1].gain));
+        assert!(ranked[0].gain > 1.0);
+    }
+
+    #[test]
+    fn a_touch_that_was_made_is_not_made_again_at_once() {
+        let belief = Belief::from_prior(&PRIOR);
+        let mut history = TouchHistory::default();
+        let first = rank(&belief, &history)[0];
+        history.note(first.plan.id, &belief.pose());
+        history.note(first.plan.id, &belief.pose());
+        let second = rank(&belief, &history)[0];
+        assert_ne!(first.plan.id, second.plan.id);
+    }
+
+    #[test]
+    fn what_is_known_across_the_box_makes_a_touch_of_its_ends_worth_more() {
+        let bounds = PRIOR.bounds();
+        let at = |dx: f32| PlanarPose { x_m: PRIOR.guess.x_m + dx, ..PRIOR.guess };
+        let modes = [-0.04, -0.02, 0.0, 0.02, 0.04].map(|dx| crate::belief::Mode {
+            pose: bounds.clamp(&at(dx)),
+            covariance: Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-7, 1e-6)),
+            weight: 0.0,
+            error: 0.0,
+        });
+        let along = Belief::from_modes(modes.into_iter().collect(), Default::default()).expect("modes");
+        let best = rank(&along, &TouchHistory::default())[0];
+        assert!((6..=11).contains(&best.plan.id), "{best:?}");
+    }
+
+    #[test]
+    fn the_side_that_closes_first_alternates() {
+        let belief = Belief::from_prior(&PRIOR);
+        let mut history = TouchHistory::default();
+        let before = rank(&belief, &history)[0].plan.order[0];
+        history.note(3, &belief.pose());
+        assert_ne!(before, rank(&belief, &history)[0].plan.order[0]);
+    }
 }

@@ -2,6 +2,8 @@
 
 pub mod candidates;
 pub mod choose;
+#[cfg(test)]
+pub(crate) mod rehearse;
 
 pub use candidates::{CANDIDATES, candidate};
 pub use choose::{Choice, Chooser, RankedTouches, TouchHistory};
