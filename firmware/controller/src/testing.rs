@@ -8,7 +8,7 @@ use crate::executor::Executor;
 use crate::mission::Tools;
 use crate::onset::{Felt, Onset};
 use core::f32::consts::PI;
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
 use std::vec::Vec;
 use tactus_common::limits::{ARM_ACCELERATION_MAX_RAD_S2, ARM_JOINTS, FINGERS, HAND_MOTORS, PADS, TICK_S};
 use tactus_common::message::{
@@ -18,7 +18,8 @@ use tactus_common::message::{
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::reading::{HandCommand, JointReadings, TactileImage, Validity};
 use tactus_common::robot::hand::{self, HandAngles};
-use tactus_common::robot::{ARM_LIMITS, FINGER_LIMIT, HandLink, SPREAD_LIMIT, arm, hand_prism, inverse};
+use tactus_common::robot::tables::{FINGER_LIMIT, SPREAD_LIMIT};
+use tactus_common::robot::{ARM_LIMITS, HandLink, arm, dynamics, hand_prism, inverse};
 use tactus_common::shape::ObjectShape;
 use tactus_common::trajectory::{Knot, Trajectory};
 
@@ -364,4 +365,43 @@ impl Desk {
 /// The fingers as a preshape.
 pub fn preshape(inner_rad: [f32; FINGERS]) -> Preshape {
     Preshape { inner_rad, spread_rad: 0.0 }
+}
+
+/// An arm that moves as its torques demand: exact rigid-body dynamics, no friction, no flexible parts.
+#[derive(Clone, Copy, Debug)]
+pub struct ArmSim {
+    /// Joint angles.
+    pub q_rad: Joints,
+    /// Joint velocities.
+    pub qd_rad_s: Joints,
+}
+
+impl ArmSim {
+    /// An arm at rest.
+    pub fn at(q_rad: Joints) -> Self {
+        Self { q_rad, qd_rad_s: [0.0; ARM_JOINTS] }
+    }
+
+    /// One tick under constant torques, in two steps of semi-implicit Euler.
+    pub fn step(&mut self, tau_nm: &Joints, payload_kg: f32) {
+        for _ in 0..2 {
+            let bias_nm = dynamics::inverse_dynamics(&self.q_rad, &self.qd_rad_s, &[0.0; ARM_JOINTS], payload_kg);
+            let weight_nm = dynamics::gravity(&self.q_rad, payload_kg);
+            let mut mass = SMatrix::<f32, ARM_JOINTS, ARM_JOINTS>::zeros();
+            for j in 0..ARM_JOINTS {
+                let mut unit = [0.0; ARM_JOINTS];
+                unit[j] = 1.0;
+                let column = dynamics::inverse_dynamics(&self.q_rad, &[0.0; ARM_JOINTS], &unit, payload_kg);
+                for i in 0..ARM_JOINTS {
+                    mass[(i, j)] = column[i] - weight_nm[i];
+                }
+            }
+            let force = SVector::<f32, ARM_JOINTS>::from_fn(|j, _| tau_nm[j] - bias_nm[j]);
+            let qdd_rad_s2 = mass.lu().solve(&force).expect("a mass matrix is invertible");
+            for j in 0..ARM_JOINTS {
+                self.qd_rad_s[j] += qdd_rad_s2[j] * TICK_S / 2.0;
+                self.q_rad[j] += self.qd_rad_s[j] * TICK_S / 2.0;
+            }
+        }
+    }
 }
