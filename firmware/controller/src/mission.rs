@@ -498,3 +498,6 @@ fn upper_triangle(belief: &Belief) -> [f32; 6] {
     let c = belief.covariance();
     [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]]
 }
+
+#[cfg(test)]
+mod tests;

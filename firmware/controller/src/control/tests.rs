@@ -77,7 +77,7 @@ fn an_arm_moved_by_these_torques_follows_a_motion_within_three_milliradians() {
 #[test]
 fn an_unknown_load_moves_no_joint_by_more_than_20_mrad_and_the_arm_comes_to_rest() {
     let (mut arm, mut control) = (ArmSim::at(home()), JointControl::default());
-    for tick in 0..1_000 {
+    for tick in 0..3_000 {
         control.observe(tick, &arm.q_rad);
         arm.step(&control.torques(&arm.q_rad, &still(home()), 0.0), 0.6);
     }
