@@ -7,6 +7,7 @@ mod carry;
 mod grasp;
 mod grip;
 mod hand;
+mod recover;
 mod trial;
 
 use crate::belief::{Belief, Prior, Readiness, Tolerance};
@@ -18,6 +19,7 @@ use crate::touch::{Chooser, RankedTouches, TouchHistory, TouchPlan};
 use crate::update::{Progress, Update, UpdateConfig};
 use carry::{Carry, CarryEnd};
 use grasp::{Grasp, GraspEnd, grasp_plan};
+use recover::{Recover, RecoverEnd};
 use tactus_common::limits::{ARM_JOINTS, FINGERS, HAND_MOTORS, PADS};
 use tactus_common::message::{
     EventKind, FailureReason, FaultReason, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, RefusalReason,
@@ -36,6 +38,8 @@ const ANSWER_TICKS_MAX: u32 = 5_000;
 const LAST_RESORT: Tolerance = Tolerance { position_m: 0.015, yaw_rad: 0.12 };
 /// Difference between foretold and felt inner-link angle at onset that still confirms the belief, radians (about 3 mm).
 const CONFIRM_RAD: f32 = 0.03;
+/// Times that the object may be lost and searched for anew.
+const LOSSES_MAX: u8 = 1;
 /// Grasps that may fail before the mission gives up.
 const GRASPS_MAX: u8 = 3;
 
@@ -87,6 +91,13 @@ enum Doing {
         waited: u32,
     },
     Carrying(Carry),
+    /// The object was lost: stops and opens.
+    Recovering(Recover),
+    /// Waits for the way up, then goes it.
+    AskingRetreat {
+        waited: u32,
+    },
+    Retreating,
     Over,
 }
 
@@ -106,6 +117,18 @@ struct Knowledge {
     belief: Belief,
     store: EvidenceStore,
     history: TouchHistory,
+    /// Where the object is to stand, once it has been grasped for the first time.
+    goal: Option<PlanarPose>,
+}
+
+impl Knowledge {
+    /// Displacement of the object that remains, metres.
+    fn displacement_m(&self) -> [f32; 2] {
+        match self.goal {
+            None => self.setup.displacement_m,
+            Some(goal) => [goal.x_m - self.belief.pose().x_m, goal.y_m - self.belief.pose().y_m],
+        }
+    }
 }
 
 /// The mission's state machine.
@@ -118,6 +141,7 @@ pub struct Mission {
     touches: u8,
     grasps: u8,
     losses: u8,
+    yaw_in_hand_rad: f32,
     inconsistent: u8,
     requests: u16,
     payload_kg: f32,
@@ -163,6 +187,7 @@ impl Mission {
             belief: Belief::from_prior(&prior),
             store: EvidenceStore::new(setup.shape.top_height_m()),
             history: TouchHistory::default(),
+            goal: None,
         });
         Ok(())
     }
@@ -264,10 +289,18 @@ impl Mission {
                 GraspEnd::NotYet => Doing::Grasping(grasp),
                 GraspEnd::Held(preshape) => {
                     self.payload_kg = 0.0;
+                    let displacement_m = know.displacement_m();
+                    let believed = know.belief.pose();
+                    know.goal.get_or_insert(PlanarPose::new(
+                        believed.x_m + displacement_m[0],
+                        believed.y_m + displacement_m[1],
+                        believed.phi_rad,
+                    ));
+                    self.yaw_in_hand_rad = recover::hand_yaw_rad(tools) - believed.phi_rad;
                     let request = self.request(Purpose::Transport, know, tools);
                     tools.out.plan_request = Some(PlanRequest {
                         preshape,
-                        displacement_m: know.setup.displacement_m,
+                        displacement_m,
                         ..request
                     });
                     Doing::AskingTransport { waited: 0 }
@@ -298,9 +331,32 @@ impl Mission {
                         self.outcome = Some(Outcome::Transported);
                         Doing::Over
                     }
-                    CarryEnd::Lost => self.fail(FailureReason::ObjectLost),
+                    CarryEnd::Lost => {
+                        self.payload_kg = 0.0;
+                        self.losses += 1;
+                        Doing::Recovering(Recover::default())
+                    }
                 }
             }
+            Doing::Recovering(mut recover) => match recover.step(tools) {
+                RecoverEnd::NotYet => Doing::Recovering(recover),
+                RecoverEnd::Open if self.losses > LOSSES_MAX => self.fail(FailureReason::ObjectLost),
+                RecoverEnd::Open => {
+                    let request = self.request(Purpose::Retreat, know, tools);
+                    tools.out.plan_request = Some(request);
+                    Doing::AskingRetreat { waited: 0 }
+                }
+            },
+            Doing::AskingRetreat { waited } => match self.answer(waited, tools) {
+                Answer::Waiting => Doing::AskingRetreat { waited: waited + 1 },
+                Answer::Accepted => Doing::Retreating,
+                Answer::Refused(_) => self.fail(FailureReason::ObjectLost),
+            },
+            Doing::Retreating if tools.executor.at_end() => {
+                self.search_anew(know, tools);
+                self.choose(know)
+            }
+            Doing::Retreating => Doing::Retreating,
             Doing::Over => Doing::Over,
         }
     }
@@ -346,7 +402,7 @@ impl Mission {
         tools.out.plan_request = Some(PlanRequest {
             placement: plan.placement,
             preshape: plan.preshape,
-            displacement_m: know.setup.displacement_m,
+            displacement_m: know.displacement_m(),
             ..request
         });
         Doing::AskingGrasp { variant, waited: 0 }
@@ -453,6 +509,16 @@ impl Mission {
         }
     }
 
+    /// Forgets where the object was: it lies somewhere around the place where it was lost.
+    fn search_anew(&mut self, know: &mut Knowledge, tools: &Tools) {
+        let (guess, interval) = recover::search_region(tools, self.yaw_in_hand_rad);
+        know.prior = Prior { guess, interval, shape: know.setup.shape };
+        know.belief = Belief::from_prior(&know.prior);
+        know.store.clear();
+        know.history = TouchHistory::default();
+        self.last = LastTouch::default();
+    }
+
     fn fail(&mut self, reason: FailureReason) -> Doing {
         self.outcome = Some(Outcome::Failed(reason));
         Doing::Over
@@ -462,7 +528,8 @@ impl Mission {
     fn announce(&mut self, tools: &mut Tools) {
         let phase = match &self.doing {
             Doing::Nothing => Phase::Initialise,
-            Doing::Choosing(_) | Doing::AskingTouch { .. } => Phase::Plan,
+            Doing::Choosing(_) | Doing::AskingTouch { .. } | Doing::AskingRetreat { .. } => Phase::Plan,
+            Doing::Recovering(_) | Doing::Retreating => Phase::Plan,
             Doing::Touching(_) => Phase::Trial,
             Doing::Updating(_) | Doing::Confirming { .. } => Phase::Update,
             Doing::AskingGrasp { .. } | Doing::Grasping(_) | Doing::AskingTransport { .. } => Phase::Grasp,
