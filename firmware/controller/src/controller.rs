@@ -8,7 +8,7 @@ use crate::supervisor::{Mode, Supervisor};
 use heapless::Vec;
 use tactus_common::limits::{HAND_MOTORS, PADS};
 use tactus_common::message::{
-    Event, EventKind, FaultReason, Outcome, Phase, PlanAnswer, PlanRequest, RolloutRequest, RolloutResult, Setup, Status,
+    Event, EventKind, Outcome, Phase, PlanAnswer, PlanRequest, RolloutRequest, RolloutResult, Setup, Status,
 };
 use tactus_common::reading::{HandCommand, JointCommands, JointReadings, TactileImage, Validity};
 

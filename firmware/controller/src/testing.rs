@@ -129,7 +129,12 @@ pub fn plan(request: &PlanRequest, shape: &ObjectShape) -> Result<Trajectory, Re
             let above = nearest_posture(&raised(&goal, 0.1), &start).ok_or(refusal)?;
             postures.extend([above, nearest_posture(&goal, &above).ok_or(refusal)?]);
         }
-        Purpose::Transport | Purpose::Retreat => {
+        Purpose::Retreat => {
+            let above = raised(&arm::hand_pose(&start), 0.1);
+            postures.push(nearest_posture(&above, &start).ok_or(refusal)?);
+            return Ok(Trajectory { guarded_from: u8::MAX, ..through(request.request, &postures, 0.8) });
+        }
+        Purpose::Transport => {
             let from = arm::hand_pose(&start);
             let [dx_m, dy_m] = request.displacement_m;
             let to = Translation3::new(dx_m, dy_m, 0.0) * from;

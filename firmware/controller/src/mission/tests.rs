@@ -5,7 +5,6 @@ extern crate std;
 use super::*;
 use crate::testing::{BOX, Desk, TRUTH, plan, rollout, setup};
 use std::vec::Vec;
-use tactus_common::limits::TICK_S;
 use tactus_common::pose::{Interval, wrap};
 
 /// A touch takes 5,000 ticks at most on this bench; missions that take longer than this hang.
@@ -275,16 +274,70 @@ fn fingers_that_close_on_nothing_lead_back_to_the_update_and_in_the_end_to_failu
     assert!(matches!(rig.outcome(), Outcome::Failed(_)));
 }
 
+/// Loses the object on the way; the mission is about to search for it anew.
+fn lose(rig: &mut Rig) {
+    rig.until_phase(Phase::Transport);
+    let from = rig.desk.bench.object.expect("held");
+    rig.until("on the way", |rig| rig.desk.bench.object.is_some_and(|o| o.x_m < from.x_m - 0.15));
+    rig.desk.bench.remove_object();
+    rig.until("loss", |rig| rig.mission.phase() != Phase::Transport);
+}
+
+/// Puts the object on the table once the hand is open: a little off the place where it was lost first.
+fn fall(rig: &mut Rig) {
+    rig.until("way up", |rig| rig.requests.last().is_some_and(|r| r.purpose == Purpose::Retreat));
+    let fallen = PlanarPose { x_m: TRUTH.x_m - 0.18, y_m: TRUTH.y_m + 0.02, phi_rad: TRUTH.phi_rad + 0.1 };
+    rig.desk.bench.object = Some(fallen);
+}
+
 #[test]
-fn an_object_lost_on_the_way_ends_the_mission_and_the_arm_stops() {
+fn an_object_lost_on_the_way_is_searched_for_below_the_hand_and_brought_to_the_same_goal() {
     let mut rig = Rig::new(&setup());
     rig.until_phase(Phase::Transport);
-    (0..300).for_each(|_| rig.tick());
-    rig.desk.bench.remove_object();
+    let goal = rig.requests.last().map(|r| (r.belief.x_m + r.displacement_m[0], r.belief.y_m + r.displacement_m[1]));
+    lose(&mut rig);
+    fall(&mut rig);
+    let touches = rig.touches();
+    assert_eq!(rig.outcome(), Outcome::Transported);
+    assert!(rig.touches() > touches);
+    let (object, goal) = (rig.desk.bench.object.expect("found"), goal.expect("there was a transport"));
+    assert!((object.x_m - goal.0).abs() < 3e-3 && (object.y_m - goal.1).abs() < 3e-3, "{object:?} {goal:?}");
+}
+
+#[test]
+fn an_object_lost_too_often_ends_the_mission_with_the_arm_at_rest() {
+    let mut rig = Rig::new(&setup());
+    for _ in 0..LOSSES_MAX {
+        lose(&mut rig);
+        fall(&mut rig);
+    }
+    lose(&mut rig);
     assert_eq!(rig.outcome(), Outcome::Failed(FailureReason::ObjectLost));
-    assert_eq!(rig.mission.phase(), Phase::Failed);
-    (0..(0.025 / TICK_S) as usize).for_each(|_| rig.tick());
+    assert_eq!((rig.mission.phase(), rig.mission.payload_kg()), (Phase::Failed, 0.0));
     assert_eq!(rig.desk.executor.motion(), crate::executor::Motion::Holding);
+}
+
+#[test]
+fn after_a_loss_a_refused_way_up_ends_the_mission() {
+    let mut rig = Rig::new(&setup());
+    rig.planner =
+        |r| if r.purpose == Purpose::Retreat { Some(Err(RefusalReason::StartInCollision)) } else { willing(r) };
+    lose(&mut rig);
+    assert_eq!(rig.outcome(), Outcome::Failed(FailureReason::ObjectLost));
+}
+
+#[test]
+fn a_touch_without_a_guarded_part_and_a_retreat_with_one_are_refused() {
+    let mut rig = Rig::new(&setup());
+    rig.planner = |r| Some(plan(r, &BOX).map(|t| Trajectory { guarded_from: u8::MAX, ..t }));
+    assert_eq!(rig.outcome(), Outcome::Failed(FailureReason::NoPlan(RefusalReason::NoPath)));
+    let mut rig = Rig::new(&setup());
+    rig.planner = |r| {
+        let guard = |t: Trajectory| if r.purpose == Purpose::Retreat { Trajectory { guarded_from: 0, ..t } } else { t };
+        Some(plan(r, &BOX).map(guard))
+    };
+    lose(&mut rig);
+    assert_eq!(rig.outcome(), Outcome::Failed(FailureReason::ObjectLost));
 }
 
 #[test]
@@ -295,7 +348,11 @@ fn a_setup_of_another_schema_is_refused() {
 
 #[test]
 fn a_setup_that_makes_no_sense_is_refused_and_nothing_begins() {
-    let cases: [fn(&mut Setup); 14] = [
+    let cases: [fn(&mut Setup); 18] = [
+        |s| s.guess.x_m = 1e30,
+        |s| s.interval.phi_rad = f32::MAX,
+        |s| s.displacement_m[0] = -11.0,
+        |s| s.shape = tactus_common::shape::ObjectShape::Cuboid { half_extents_m: [0.1, 0.1, 1e20] },
         |s| s.guess.x_m = f32::NAN,
         |s| s.guess.phi_rad = f32::INFINITY,
         |s| s.interval.x_m = -0.01,
@@ -323,24 +380,23 @@ fn a_setup_that_makes_no_sense_is_refused_and_nothing_begins() {
 }
 
 #[test]
-fn finite_but_absurd_setups_neither_panic_nor_hang() {
+fn setups_at_the_edge_of_sense_neither_panic_nor_hang() {
     let cases: [fn(&mut Setup); 5] = [
-        |s| s.guess.x_m = 1e30,
-        |s| s.guess.phi_rad = -1e30,
-        |s| s.interval = Interval { x_m: f32::MAX, y_m: f32::MAX, phi_rad: f32::MAX },
+        |s| s.guess.x_m = SETUP_MAX,
+        |s| s.guess.phi_rad = -SETUP_MAX,
+        |s| s.interval = Interval { x_m: SETUP_MAX, y_m: SETUP_MAX, phi_rad: SETUP_MAX },
         |s| s.interval = Interval::default(),
-        |s| s.shape = tactus_common::shape::ObjectShape::Cuboid { half_extents_m: [1e-20, 1e20, f32::MAX] },
+        |s| s.shape = tactus_common::shape::ObjectShape::Cuboid { half_extents_m: [1e-20, SETUP_MAX, SETUP_MAX] },
     ];
     for spoil in cases {
         let mut odd = Setup { trials_max: 1, ..setup() };
         spoil(&mut odd);
         let mut mission = Mission::default();
-        if mission.begin(&odd).is_ok() {
-            let mut rig = Rig { mission, ..Rig::new(&setup()) };
-            rig.desk.bench.remove_object();
-            rig.planner = |r| if r.belief.is_finite() { willing(r) } else { Some(Err(RefusalReason::NonFinite)) };
-            rig.outcome();
-        }
+        mission.begin(&odd).expect("odd, but possible");
+        let mut rig = Rig { mission, ..Rig::new(&setup()) };
+        rig.desk.bench.remove_object();
+        rig.planner = |r| if r.belief.is_finite() { willing(r) } else { Some(Err(RefusalReason::NonFinite)) };
+        assert!(matches!(rig.outcome(), Outcome::Failed(_)));
     }
 }
 
