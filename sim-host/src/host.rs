@@ -7,11 +7,11 @@ use crate::world::World;
 use std::time::Instant;
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::cyphal::{Header, NodeId, Priority, Sender, Session, SubjectId, received_bytes};
-use tactus_common::limits::{PAYLOAD_BYTES_MAX, SILENCE_TICKS_MAX, TICK_S};
+use tactus_common::limits::{PAYLOAD_BYTES_MAX, SILENCE_TICKS_MAX};
 use tactus_common::link::{self, SMALL_BYTES};
 use tactus_common::message::{
     Command, Event, EventKind, Message, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, RefusalReason, RolloutRequest,
-    RolloutResult, SensorFrame, Setup, TactileSlice, node,
+    RolloutResult, SensorFrame, Setup, Status, TactileSlice, node,
 };
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::JointCommands;
@@ -71,6 +71,7 @@ struct Subscriptions {
     plan: Session<SMALL_RX_BYTES>,
     rollout: Session<SMALL_RX_BYTES>,
     event: Session<SMALL_RX_BYTES>,
+    status: Session<SMALL_RX_BYTES>,
 }
 
 /// What came from the controller in answer to one tick.
@@ -80,6 +81,7 @@ struct Heard {
     plan: Option<PlanRequest>,
     rollout: Option<RolloutRequest>,
     events: Vec<Event>,
+    status: Option<Status>,
 }
 
 /// What the drives do with commands, and without: as motor controllers do, they go on with the last one for a
@@ -160,6 +162,7 @@ impl Host {
                 plan: Session::new(subject::<PlanRequest>(), controller, 15),
                 rollout: Session::new(subject::<RolloutRequest>(), controller, 15),
                 event: Session::new(subject::<Event>(), controller, 1),
+                status: Session::new(subject::<Status>(), controller, 500),
             },
             drives: Drives { last: JointCommands::idle(0), missed: 0, missed_in_all: 0 },
             end: HostEnd::default(),
@@ -183,7 +186,10 @@ impl Host {
             let heard = self.exchange(tick)?;
             for event in &heard.events {
                 self.note(event);
-                show(&Progressed { time_s: event.tick as f32 * TICK_S, kind: event.kind });
+                show(&Progressed::Event(*event));
+            }
+            if let Some(status) = heard.status {
+                show(&Progressed::Status(status));
             }
             if self.end.outcome.is_some() {
                 let left = *rest.get_or_insert(REST_TICKS);
@@ -270,6 +276,9 @@ impl Host {
             }
             if let Ok(Some(t)) = s.rollout.accept(&header, data, now) {
                 heard.rollout = Some(link::decode(t.payload)?);
+            }
+            if let Ok(Some(t)) = s.status.accept(&header, data, now) {
+                heard.status = Some(link::decode(t.payload)?);
             }
             if let Ok(Some(t)) = s.event.accept(&header, data, now) {
                 heard.events.push(link::decode(t.payload)?);

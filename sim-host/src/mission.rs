@@ -8,7 +8,7 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::time::Instant;
 use tactus_common::limits::TICK_US;
-use tactus_common::message::{EventKind, FailureReason, Outcome, SCHEMA_VERSION, Setup};
+use tactus_common::message::{Event, FailureReason, Outcome, SCHEMA_VERSION, Setup, Status};
 use tactus_common::pose::{Interval, PlanarPose, wrap};
 use tactus_common::shape::ObjectShape;
 
@@ -43,13 +43,13 @@ pub struct MissionOptions {
     pub trials_max: u8,
 }
 
-/// An event with its time in the run.
+/// What a run shows of itself while it goes on.
 #[derive(Clone, Copy, Debug)]
-pub struct Progressed {
-    /// Seconds of robot time.
-    pub time_s: f32,
-    /// What happened.
-    pub kind: EventKind,
+pub enum Progressed {
+    /// Something happened.
+    Event(Event),
+    /// What the controller thinks, ten times a second.
+    Status(Status),
 }
 
 /// What came of it.

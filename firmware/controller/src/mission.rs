@@ -28,7 +28,7 @@ use tactus_common::message::{
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::{HandCommand, JointReadings, TactileImage};
 use tactus_common::trajectory::Trajectory;
-use trial::{Felled, Trial};
+use trial::{Trial, TrialEnd};
 
 /// Error evaluations in one tick.
 const EVALUATIONS_PER_TICK: u16 = 2;
@@ -68,6 +68,8 @@ pub struct Tools<'a> {
 }
 
 /// What the mission is doing, with what it needs for it.
+// Without a heap the largest state sets the size of all: no variant can be put behind a pointer.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, Default)]
 enum Doing {
     /// Nothing to do yet.
@@ -263,8 +265,8 @@ impl Mission {
                 }
             },
             Doing::Touching(mut trial) => match trial.step(know, tools) {
-                Felled::NotYet => Doing::Touching(trial),
-                Felled::Over { arm_q_rad, onset_inner_rad } => {
+                TrialEnd::NotYet => Doing::Touching(trial),
+                TrialEnd::Over { arm_q_rad, onset_inner_rad } => {
                     self.last = LastTouch { arm_q_rad, plan: Some(*trial.plan()), onset_inner_rad };
                     self.begin_update(know)
                 }

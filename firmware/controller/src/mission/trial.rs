@@ -44,7 +44,7 @@ enum Step {
 }
 
 /// How far a touch has come.
-pub enum Felled {
+pub enum TrialEnd {
     /// It goes on.
     NotYet,
     /// The hand is above again.
@@ -84,7 +84,7 @@ impl Trial {
     }
 
     /// One tick.
-    pub(super) fn step(&mut self, know: &mut Knowledge, tools: &mut Tools) -> Felled {
+    pub(super) fn step(&mut self, know: &mut Knowledge, tools: &mut Tools) -> TrialEnd {
         self.step = match self.step {
             Step::Approach => {
                 let shaped = hand::preshape(&self.plan.preshape(), tools);
@@ -137,11 +137,11 @@ impl Trial {
                 }
             }
             Step::Rise if tools.executor.motion() == Motion::Holding => {
-                return Felled::Over { arm_q_rad: self.arm_q_rad, onset_inner_rad: self.onset_inner_rad };
+                return TrialEnd::Over { arm_q_rad: self.arm_q_rad, onset_inner_rad: self.onset_inner_rad };
             }
             Step::Rise => Step::Rise,
         };
-        Felled::NotYet
+        TrialEnd::NotYet
     }
 
     /// Closes the fingers of the plan; each stops where it feels something. `true` when all have stopped.
