@@ -1,4 +1,5 @@
 //! Tactus on a host: the simulated world and everything around it.
 
 pub mod bench;
+pub mod mental;
 pub mod world;
