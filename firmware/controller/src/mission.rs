@@ -41,6 +41,8 @@ const CONFIRM_RAD: f32 = 0.03;
 /// The foretold closing begins this much before the angle at which something was felt, radians: half of what 0.6 s
 /// of closing sweep.
 const CONFIRM_RUN_UP_RAD: f32 = 0.1;
+/// Lengths (metres) and angles (radians) of a set-up beyond this make no sense on a table.
+const SETUP_MAX: f32 = 10.0;
 /// Times that the object may be lost and searched for anew.
 const LOSSES_MAX: u8 = 1;
 /// Grasps that may fail before the mission gives up.
@@ -149,6 +151,7 @@ pub struct Mission {
     yaw_in_hand_rad: f32,
     inconsistent: u8,
     requests: u16,
+    asked: Option<Purpose>,
     payload_kg: f32,
     outcome: Option<Outcome>,
     fault: Option<FaultReason>,
@@ -174,12 +177,13 @@ impl Mission {
         if u64::from_le_bytes(setup.schema_version) != SCHEMA_VERSION {
             return Err(FaultReason::SchemaMismatch);
         }
-        let widths = setup.interval.to_array();
+        // Comparisons with a NaN are false.
+        let near = |v: &f32| v.abs() <= SETUP_MAX;
         let sound = setup.shape.is_valid()
-            && setup.guess.is_finite()
-            && widths.iter().all(|w| w.is_finite() && *w >= 0.0)
-            && setup.displacement_m.iter().all(|d| d.is_finite())
-            && setup.mass_kg.is_finite()
+            && setup.shape.half_extents_m().iter().all(near)
+            && setup.guess.to_array().iter().all(near)
+            && setup.interval.to_array().iter().all(|w| *w >= 0.0 && near(w))
+            && setup.displacement_m.iter().all(near)
             && (0.0..=10.0).contains(&setup.mass_kg)
             && setup.trials_max > 0;
         if !sound {
@@ -374,6 +378,7 @@ impl Mission {
     /// A plan request with what every one holds.
     fn request(&mut self, purpose: Purpose, know: &Knowledge, tools: &Tools) -> PlanRequest {
         self.requests = self.requests.wrapping_add(1);
+        self.asked = Some(purpose);
         PlanRequest {
             request: self.requests,
             purpose,
@@ -421,7 +426,14 @@ impl Mission {
             }
             return Answer::Waiting;
         };
+        // A touch or a grasp waits where its guarded part begins, a retreat does not: without this check, for ever.
+        let fits = |t: &Trajectory| match self.asked {
+            Some(Purpose::Touch | Purpose::Grasp) => t.guarded_from_s().is_some(),
+            Some(Purpose::Retreat) => t.guarded_from_s().is_none(),
+            Some(Purpose::Transport) | None => true,
+        };
         match &answer.result {
+            Ok(trajectory) if !fits(trajectory) => Answer::Refused(RefusalReason::NoPath),
             Ok(trajectory) => load(tools.executor, trajectory),
             Err(reason) => Answer::Refused(*reason),
         }
@@ -575,3 +587,6 @@ fn upper_triangle(belief: &Belief) -> [f32; 6] {
     let c = belief.covariance();
     [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]]
 }
+
+#[cfg(test)]
+mod tests;

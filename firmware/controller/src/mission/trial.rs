@@ -200,3 +200,6 @@ pub(super) fn land(know: &mut Knowledge, tools: &mut Tools) {
         tools.out.event(EventKind::Contact { finger: FINGERS as u8, inner_rad: 0.0, descending: true });
     }
 }
+
+#[cfg(test)]
+mod tests;
