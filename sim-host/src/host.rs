@@ -1,21 +1,21 @@
 //! The world's end of the wire, in lockstep: sensors out, command in, one tick on; plans and rollouts in between.
 
-use crate::mental;
+use crate::mental::{Closing, MentalModel, RolloutInput};
 use crate::mission::{Progressed, planar};
 use crate::plan::{ObjectEstimate, PlanQuery, PlanRefusal, Planner, PlannerConfig, Purpose as PlanPurpose};
-use crate::world::World;
+use crate::world::{HandStart, World};
 use std::time::Instant;
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::cyphal::{Header, NodeId, Priority, Sender, Session, SubjectId, received_bytes};
-use tactus_common::limits::{PAYLOAD_BYTES_MAX, SILENCE_TICKS_MAX};
+use tactus_common::limits::{FINGERS, PAYLOAD_BYTES_MAX, SILENCE_TICKS_MAX};
 use tactus_common::link::{self, SMALL_BYTES};
 use tactus_common::message::{
-    Command, Event, EventKind, Message, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, RefusalReason, RolloutRequest,
-    RolloutResult, SensorFrame, Setup, Status, TactileSlice, node,
+    Command, Event, EventKind, Message, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, ROLLOUT_TICKS,
+    RefusalReason, RolloutRequest, RolloutResult, SensorFrame, Setup, Status, TactileSlice, node,
 };
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::JointCommands;
-use tactus_common::robot::{arm, source};
+use tactus_common::robot::{FINGER_LIMIT, arm, source};
 use tactus_common::robot::hand::HandAngles;
 use tactus_controller::node::Node;
 use tactus_hil::bus::Bus;
@@ -51,8 +51,8 @@ pub struct HostEnd {
     pub trials: u32,
     /// Error evaluations.
     pub evaluations: u32,
-    /// Wall time of the controller while it updated its belief, seconds.
-    pub update_time_s: f64,
+    /// Wall time of the controller's ticks in each update of its belief, seconds.
+    pub update_times_s: Vec<f64>,
     /// Ticks.
     pub ticks: u32,
     /// Frames on the bus.
@@ -113,12 +113,15 @@ impl Drives {
 pub struct Host {
     world: World,
     planner: Planner,
+    mental: MentalModel,
     setup: Setup,
     bus: VirtualBus,
     node: Node,
     sender: Sender<5>,
     subscriptions: Subscriptions,
     drives: Drives,
+    /// Wall time of the update under way, seconds.
+    updating_s: f64,
     end: HostEnd,
 }
 
@@ -144,6 +147,7 @@ impl Host {
         Ok(Self {
             world,
             planner: Planner::new(&urdf_rs::read_from_string(source::URDF)?, PlannerConfig::default())?,
+            mental: MentalModel::new()?,
             setup,
             bus: VirtualBus::new(2, VirtualBusConfig::FD),
             node: Node::new(Mtu::Fd),
@@ -165,6 +169,7 @@ impl Host {
                 status: Session::new(subject::<Status>(), controller, 500),
             },
             drives: Drives { last: JointCommands::idle(0), missed: 0, missed_in_all: 0 },
+            updating_s: 0.0,
             end: HostEnd::default(),
         })
     }
@@ -203,7 +208,7 @@ impl Host {
                 self.send(&answer)?;
             }
             if let Some(request) = &heard.rollout {
-                let answer = self.rollout(request, tick + 1)?;
+                let answer = self.rollout(request, tick + 1);
                 self.send(&answer)?;
             }
             let commands = self.drives.follow(heard.command, tick);
@@ -252,7 +257,7 @@ impl Host {
             self.node.silent_tick(&mut |frame| said.push(frame));
         }
         if updating {
-            self.end.update_time_s += started.elapsed().as_secs_f64();
+            self.updating_s += started.elapsed().as_secs_f64();
         }
         for frame in said {
             self.bus.endpoint(CONTROLLER).send(frame)?;
@@ -302,6 +307,7 @@ impl Host {
         match event.kind {
             EventKind::Touch { .. } => self.end.trials += 1,
             EventKind::Updated { belief, covariance, evaluations, .. } => {
+                self.end.update_times_s.push(std::mem::take(&mut self.updating_s));
                 self.end.evaluations += u32::from(evaluations);
                 self.end.believed = belief;
                 self.end.covariance = covariance;
@@ -347,9 +353,34 @@ impl Host {
         PlanAnswer { effective, request: request.request, result }
     }
 
-    /// Asks the mental world.
-    fn rollout(&self, request: &RolloutRequest, effective: u32) -> anyhow::Result<RolloutResult> {
-        mental::answer(request, &self.setup.shape, effective)
+    /// Asks the mental world. A pose that it cannot roll out (off the table, say) is answered as one at which nothing
+    /// would be felt.
+    fn rollout(&self, request: &RolloutRequest, effective: u32) -> RolloutResult {
+        let input = RolloutInput {
+            world_from_hand: arm::hand_pose(&request.arm_q_rad),
+            start: HandStart { inner_rad: request.preshape.inner_rad, spread_rad: request.preshape.spread_rad },
+            closing: Closing::Together,
+            speed_rad_s: request.closing_rad_s,
+            stop_at_rad: FINGER_LIMIT.upper_rad,
+            ticks: ROLLOUT_TICKS,
+            object: request.pose,
+            half_extents_m: self.setup.shape.half_extents_m(),
+        };
+        let mut result = RolloutResult {
+            effective,
+            request: request.request,
+            onset_inner_rad: [None; FINGERS],
+            contacts: [0; ROLLOUT_INSTANTS],
+        };
+        if let Ok(foretold) = self.mental.rollout(&input) {
+            result.onset_inner_rad = foretold.onset_rad;
+            for (i, bits) in result.contacts.iter_mut().enumerate() {
+                // A rollout that ends early stays as it ended.
+                let at = (i + 1) * ROLLOUT_TICKS as usize / ROLLOUT_INSTANTS - 1;
+                *bits = foretold.samples.get(at).or(foretold.samples.last()).map_or(0, |s| s.contacts);
+            }
+        }
+        result
     }
 }
 

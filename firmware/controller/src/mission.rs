@@ -38,6 +38,9 @@ const ANSWER_TICKS_MAX: u32 = 5_000;
 const LAST_RESORT: Tolerance = Tolerance { position_m: 0.015, yaw_rad: 0.12 };
 /// Difference between foretold and felt inner-link angle at onset that still confirms the belief, radians (about 3 mm).
 const CONFIRM_RAD: f32 = 0.03;
+/// The foretold closing begins this much before the angle at which something was felt, radians: half of what 0.6 s
+/// of closing sweep.
+const CONFIRM_RUN_UP_RAD: f32 = 0.1;
 /// Lengths (metres) and angles (radians) of a set-up beyond this make no sense on a table.
 const SETUP_MAX: f32 = 10.0;
 /// Times that the object may be lost and searched for anew.
@@ -491,13 +494,18 @@ impl Mission {
             return self.ask_grasp(0, know, tools);
         };
         self.requests = self.requests.wrapping_add(1);
-        tools.out.rollout_request = Some(RolloutRequest {
-            request: self.requests,
-            pose: know.belief.pose(),
-            arm_q_rad: self.last.arm_q_rad,
-            preshape: plan.preshape(),
-            closing: plan.closing_mask(),
-        });
+        // The fingers that felt something close once more from shortly before: the rollout is as short as that.
+        let mut preshape = plan.preshape();
+        let mut closing_rad_s = [0.0; FINGERS];
+        for f in 0..FINGERS {
+            if let Some(onset_rad) = self.last.onset_inner_rad[f] {
+                preshape.inner_rad[f] = (onset_rad - CONFIRM_RUN_UP_RAD).max(preshape.inner_rad[f]);
+                closing_rad_s[f] = trial::CLOSING_RAD_S;
+            }
+        }
+        let pose = know.belief.pose();
+        let (request, arm_q_rad) = (self.requests, self.last.arm_q_rad);
+        tools.out.rollout_request = Some(RolloutRequest { request, pose, arm_q_rad, preshape, closing_rad_s });
         Doing::Confirming { waited: 0 }
     }
 
@@ -511,7 +519,7 @@ impl Mission {
         };
         let agrees = self.last.onset_inner_rad.iter().zip(&result.onset_inner_rad).all(|pair| match pair {
             (Some(felt), Some(foretold)) => (felt - foretold).abs() <= CONFIRM_RAD,
-            (Some(_), None) => result.contacts == [0; 16], // TEMP until the rollout exists
+            (Some(_), None) => false,
             // Whether a finger just misses or just touches decides nothing.
             (None, _) => true,
         });

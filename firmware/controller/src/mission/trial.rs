@@ -10,7 +10,7 @@ use tactus_common::reading::HandCommand;
 
 /// Closing speed of a finger, rad/s at the inner link: 0.04 m/s at the tip, so 0.3 mm in the four ticks between
 /// contact and standstill.
-const CLOSING_RAD_S: f32 = 0.35;
+pub const CLOSING_RAD_S: f32 = 0.35;
 /// A finger that comes this far without feeling anything has missed, radians.
 const CLOSED_RAD: f32 = 1.75;
 /// Ticks for vibration to die before a guarded motion: 60 ms.
