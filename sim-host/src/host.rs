@@ -29,6 +29,11 @@ const REST_TICKS: u32 = 250;
 const APPROACH_M: f32 = 0.10;
 /// Height to which the object is lifted, metres.
 const LIFT_M: f32 = 0.06;
+/// Ticks from a pad's image to the tick that uses it: sensor messages overtake it on a bus with arbitration and not on
+/// one without; it takes effect at the same tick on both.
+const IMAGE_TICKS: u32 = 1;
+/// The same for answers, sent after the tick of the question.
+const ANSWER_TICKS: u32 = 2;
 const SMALL_RX_BYTES: usize = received_bytes(SMALL_BYTES, Mtu::Fd);
 /// Places on the virtual bus.
 const WORLD: usize = 0;
@@ -186,6 +191,8 @@ impl Host {
     pub fn run(&mut self, show: &mut dyn FnMut(&Progressed)) -> anyhow::Result<HostEnd> {
         let setup = self.setup;
         self.send(&setup)?;
+        // Sensor messages have the right of way on the wire: the set-up must be there before the first.
+        self.bus.run_until_idle();
         let mut rest = None;
         for tick in 0..TICKS_MAX {
             let heard = self.exchange(tick)?;
@@ -204,11 +211,11 @@ impl Host {
                 rest = Some(left - 1);
             }
             if let Some(request) = &heard.plan {
-                let answer = self.plan(request, tick + 1);
+                let answer = self.plan(request, tick + ANSWER_TICKS);
                 self.send(&answer)?;
             }
             if let Some(request) = &heard.rollout {
-                let answer = self.rollout(request, tick + 1);
+                let answer = self.rollout(request, tick + ANSWER_TICKS);
                 self.send(&answer)?;
             }
             let commands = self.drives.follow(heard.command, tick);
@@ -231,7 +238,7 @@ impl Host {
     /// One tick's readings to the controller, what it says back to here.
     fn exchange(&mut self, tick: u32) -> anyhow::Result<Heard> {
         if let Some(image) = self.world.tactile() {
-            self.send(&TactileSlice::pack(&image, tick))?;
+            self.send(&TactileSlice::pack(&image, tick + IMAGE_TICKS))?;
         }
         let frame = SensorFrame::pack(&self.world.readings());
         self.send(&frame)?;
