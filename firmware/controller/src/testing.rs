@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, SMatrix, SVector, Translation3, UnitQuaternion, Vector
 use std::vec::Vec;
 use tactus_common::limits::{ARM_ACCELERATION_MAX_RAD_S2, ARM_JOINTS, FINGERS, HAND_MOTORS, PADS, TICK_S};
 use tactus_common::message::{
-    PlanAnswer, PlanRequest, Preshape, Purpose, ROLLOUT_INSTANTS, RefusalReason, RolloutRequest, RolloutResult,
+    PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, RefusalReason, RolloutRequest, RolloutResult,
     SCHEMA_VERSION, Setup,
 };
 use tactus_common::pose::{Interval, PlanarPose};
@@ -365,11 +365,6 @@ impl Desk {
         self.tick += 1;
         result
     }
-}
-
-/// The fingers as a preshape.
-pub fn preshape(inner_rad: [f32; FINGERS]) -> Preshape {
-    Preshape { inner_rad, spread_rad: 0.0 }
 }
 
 /// An arm that moves as its torques demand: exact rigid-body dynamics, no friction, no flexible parts.
