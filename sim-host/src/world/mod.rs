@@ -203,6 +203,7 @@ impl World {
         let mut link_force_n = [0.0; HAND_LINKS];
         let mut tip_torque_nm = [0.0; 3];
         let mut effort_nm = [0.0; 4];
+        self.robot.arm_limits_in_reach(&mut self.physics);
         for _ in 0..STEPS_PER_TICK {
             self.step(&tau_nm, &acting.hand);
             contacts::hand_contacts(&self.physics, &self.robot, dt_s, |contact| {

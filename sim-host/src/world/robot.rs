@@ -43,6 +43,9 @@ const COORDINATE: usize = 3;
 /// Stiffness of the springs that stand for motor torques, N m/rad (see [`Robot::set_arm_torques`]).
 const TORQUE_SPRING_NM_RAD: f32 = 0.01;
 
+/// A limit nearer than this is armed, radians: two ticks at 50 rad/s.
+const LIMIT_REACH_RAD: f32 = 0.2;
+
 /// Where a link's mass, friction and damping differ from the description; 1 everywhere = nominal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobotScales {
@@ -424,6 +427,20 @@ impl Robot {
                 if let Some(link) = multibody.link_mut(joint.link_id) {
                     link.joint.set_spring(COORDINATE, *stiffness, *rest);
                 }
+            }
+        }
+    }
+
+    /// Arms the limits of the joints that come near them and disarms the others: rapier pays for each armed limit with a
+    /// linear solve a step, reached or not. Call once a tick.
+    pub fn arm_limits_in_reach(&self, world: &mut PhysicsWorld) {
+        let Some(multibody) = self.multibody_mut(world) else { return };
+        for joint in self.arm.iter().chain(&self.spread).chain(&self.inner).chain(&self.tip) {
+            if let Some(link) = multibody.link_mut(joint.link_id) {
+                let q_rad = link.joint().coords()[COORDINATE];
+                let limits = link.joint.data.limits[COORDINATE];
+                let near = q_rad < limits.min + LIMIT_REACH_RAD || q_rad > limits.max - LIMIT_REACH_RAD;
+                link.joint.data.limit_axes = if near { JointAxesMask::ANG_X } else { JointAxesMask::empty() };
             }
         }
     }

@@ -312,3 +312,26 @@ fn a_finger_that_stops_at_first_touch_hardly_moves_the_box() {
         }
     }
 }
+
+#[test]
+fn joints_stop_at_their_limits() {
+    // The fingers close with nothing between them; then J4 is pushed into its upper stop with its full torque.
+    let mut world = World::new(&Scene { object: aside(), ..Scene::default() }, &Mismatch::none(), 0).unwrap();
+    let mut holder = Holder::new();
+    let (mut j4_rad, mut inner_rad, mut tip_rad) = (0.0_f32, 0.0_f32, 0.0_f32);
+    for tick in 0..2000 {
+        let mut commands = JointCommands::idle(tick);
+        commands.arm_tau_nm = holder.torques(&world.readings(), &Scene::default().arm_start_rad, &[0.0; 7], &[0.0; 7]);
+        if tick > 1000 {
+            commands.arm_tau_nm[3] = 31.2;
+        }
+        commands.hand = [HandCommand::Velocity(2.0); 4];
+        world.tick(&commands).unwrap();
+        j4_rad = j4_rad.max(world.arm_q_rad()[3]);
+        inner_rad = inner_rad.max(world.state.drives.inner[0].q_rad);
+        tip_rad = tip_rad.max(world.state.drives.distal[0].q_rad);
+    }
+    println!("J4 {:.1} mrad, inner {:.1} mrad, tip {:.1} mrad beyond their stops at worst", (j4_rad - 3.1) * 1e3, (inner_rad - 2.4435) * 1e3, (tip_rad - 0.8378) * 1e3);
+    assert!(j4_rad > 3.09 && j4_rad < 3.12);
+    assert!(inner_rad > 2.42 && inner_rad < 2.46 && tip_rad < 0.85);
+}
