@@ -134,8 +134,10 @@ pub struct PalmPad {
 /// Parses and checks the settings.
 pub fn parse(text: &str) -> Result<Settings, String> {
     let settings: Settings = toml::from_str(text).map_err(|e| {
-        let line = e.span().map_or(0, |s| text[..s.start.min(text.len())].lines().count().max(1));
-        format!("{FILE}: line {line}: {}", e.message().replace('\n', " "))
+        let start = e.span().map_or(0, |s| s.start);
+        let index = text.get(..start).map_or(0, |before| before.matches('\n').count());
+        let key = text.lines().nth(index).and_then(|l| l.split('=').next()).unwrap_or("").trim();
+        format!("{FILE}: line {}: `{key}`: {}", index + 1, e.message().replace('\n', " "))
     })?;
     check_arm(&settings.arm)?;
     check_drive(&settings.hand.drive)?;

@@ -44,9 +44,9 @@ pub fn jacobian(q_rad: &[f32; ARM_JOINTS]) -> SMatrix<f32, 6, 7> {
 /// As [`jacobian`], for the point `point_m` (world) carried by the hand, from poses already known.
 pub fn jacobian_at(poses: &[Isometry3<f32>; 8], point_m: &Vector3<f32>) -> SMatrix<f32, 6, 7> {
     let mut jacobian = SMatrix::<f32, 6, 7>::zeros();
-    for joint in 0..ARM_JOINTS {
-        let axis = poses[joint].rotation * Vector3::z();
-        let lever = point_m - poses[joint].translation.vector;
+    for (joint, pose) in poses.iter().take(ARM_JOINTS).enumerate() {
+        let axis = pose.rotation * Vector3::z();
+        let lever = point_m - pose.translation.vector;
         let linear = axis.cross(&lever);
         jacobian.fixed_view_mut::<3, 1>(0, joint).copy_from(&linear);
         jacobian.fixed_view_mut::<3, 1>(3, joint).copy_from(&axis);

@@ -88,8 +88,7 @@ impl HandLink {
 
 /// The collision shape of a link, in the link's own frame.
 pub fn hand_prism(link: HandLink) -> &'static Prism {
-    const PRISMS: [Prism; HAND_LINKS] = HAND_PRISMS;
-    static SHARED: [Prism; HAND_LINKS] = PRISMS;
+    static SHARED: [Prism; HAND_LINKS] = HAND_PRISMS;
     &SHARED[link.index()]
 }
 

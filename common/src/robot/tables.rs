@@ -1,6 +1,5 @@
 //! The robot's numbers, generated at build time from `common/models/` (see `common/build.rs`).
 
-use crate::shape::Prism;
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 /// Limits of one joint.
@@ -81,4 +80,11 @@ pub struct Taxel {
     pub area_m2: f32,
 }
 
-include!(concat!(env!("OUT_DIR"), "/robot_tables.rs"));
+#[allow(clippy::approx_constant, reason = "these are the description's own roundings")]
+mod generated {
+    use super::{Inertial, JointLimit, JointOrigin, Taxel};
+    use crate::shape::Prism;
+    include!(concat!(env!("OUT_DIR"), "/robot_tables.rs"));
+}
+
+pub use generated::*;

@@ -55,8 +55,8 @@ fn pointing_down_over_a_box_f1_and_f2_close_on_one_face_and_f3_on_the_other() {
         assert!(side * (before.y - after.y) > 0.03, "finger {finger} closes");
         assert!(before.z < 0.3 - PALM_FACE_Z_M && after.z < before.z, "finger {finger} is below the palm");
     }
-    // F1 is at the hand's -y; with z down and x to world +y that is world -x... seen from its neighbour F2.
-    assert!((pad_point(&open, 0).x - pad_point(&open, 1).x).abs() > 0.049);
+    // Hand x = world +y and hand z = world -z make hand y = world +x: F1 (hand -y) is at smaller x than F2.
+    assert!((pad_point(&open, 0).x - 0.175).abs() < 1e-6 && (pad_point(&open, 1).x - 0.225).abs() < 1e-6);
     assert!((pad_point(&open, 2).x - 0.2).abs() < 1e-6);
 }
 
