@@ -5,16 +5,20 @@
 //! * [`shape`]: convex bodies and the signed separation between them, with gradient.
 //! * [`pose`]: the planar pose of an object on a table, and the interval it is known to lie in.
 //! * [`reading`]: one tick of sensor readings and one tick of commands, in SI units.
-//! * [`message`]: what crosses the wire. [`cyphal`]: how it crosses CAN, in fixed memory.
+//! * [`trajectory`]: motion of the arm as timed knots, sampling and checking.
+//! * [`message`]: what crosses the wire. [`cyphal`]: how it crosses CAN, in fixed memory, as [`can`] frames.
 //!
 //! `no_std`, no heap, `f32` through `libm` only, so that the same inputs give the same bits on every target.
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod can;
 pub mod cyphal;
 pub mod limits;
+pub mod link;
 pub mod message;
 pub mod pose;
 pub mod reading;
 pub mod robot;
 pub mod shape;
+pub mod trajectory;

@@ -20,6 +20,9 @@ pub const PAD_CELLS: usize = 24;
 pub const PAD_PERIOD_TICKS: u32 = 12;
 /// Most knots in one trajectory: 48 x 88 B = 4.2 KiB in the controller.
 pub const KNOTS_MAX: usize = 48;
+/// Largest acceleration a trajectory may ask of each arm joint, rad/s^2. Ours: with the OpenRAVE velocities
+/// (facts 1.2) it gives full speed in about 0.3 s and leaves more than half of the motors' torque for contact and gravity.
+pub const ARM_ACCELERATION_MAX_RAD_S2: [f32; ARM_JOINTS] = [4.0, 3.0, 6.0, 6.0, 12.0, 12.0, 12.0];
 /// Ticks without a sensor message after which the controller makes the robot safe.
 pub const SILENCE_TICKS_MAX: u32 = 20;
 /// Bytes of the largest payload that crosses the wire (a full trajectory).

@@ -1,1 +1,14 @@
-//! placeholder
+//! Buses that carry Tactus frames, and what it costs to carry them.
+//!
+//! * [`bus`]: the seam: what a node needs of a bus, whichever it is.
+//! * [`virtual_bus`]: a CAN bus within the process: arbitration, exact bit times, bounded queues, faults by seed.
+//! * [`bit_time`]: how long a frame keeps the wire busy, exactly and at worst.
+//! * [`bus_load`]: the share of the wire that a set of periodic messages takes at worst.
+//! * [`load_window`]: the busiest 100 ms of a run.
+#![forbid(unsafe_code)]
+
+pub mod bit_time;
+pub mod bus;
+pub mod bus_load;
+pub mod load_window;
+pub mod virtual_bus;

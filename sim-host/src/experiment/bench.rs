@@ -1,11 +1,13 @@
 //! Benchmarks that print medians; no timed tests.
 
+use crate::mission::{self, MissionOptions};
 use crate::mental::{Closing, MentalModel, RolloutInput};
 use crate::world::{HandStart, Mismatch, Scene, World};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use std::time::Instant;
 use tactus_common::limits::TICK_S;
-use tactus_common::pose::PlanarPose;
+use tactus_common::pose::{Interval, PlanarPose};
+use crate::scenario::Scenario;
 use tactus_common::reading::{HandCommand, JointCommands};
 
 /// The middle of the measured values.
@@ -68,4 +70,34 @@ pub fn bench_rollout() {
         times_ms.push(started.elapsed().as_secs_f64() * 1e3);
     }
     println!("rollout: {:.1} ms (median of {}), {:.0} ticks of closing", median(times_ms.clone()), times_ms.len(), median(ticks));
+}
+
+/// Carries missions out and prints what one update of the belief costs on the host.
+///
+/// # Errors
+/// A mission could not be simulated.
+pub fn bench_update() -> anyhow::Result<()> {
+    let mut times_ms = Vec::new();
+    for seed in 1..=5 {
+        let scenario = Scenario::thesis_box();
+        let truth = scenario.true_pose();
+        let [x_m, y_m, phi_rad] = mission::DEFAULT_OFFSET;
+        let interval = Interval { x_m, y_m, phi_rad };
+        let guess = mission::guess_around(&truth, &interval, seed);
+        let options = MissionOptions { scenario, seed, truth, guess, interval, trials_max: 8 };
+        let report = mission::run(&options, &mut |_| {})?;
+        times_ms.extend(report.update_times_s.iter().map(|t| t * 1e3));
+    }
+    println!("pose update: {:.2} ms (median of {} updates in 5 missions)", median(times_ms.clone()), times_ms.len());
+    Ok(())
+}
+
+/// Every bench, one line each.
+///
+/// # Errors
+/// A mission could not be simulated.
+pub fn run() -> anyhow::Result<()> {
+    bench_world();
+    bench_rollout();
+    bench_update()
 }

@@ -1,0 +1,116 @@
+//! The list of object shapes that the estimator knows.
+
+use super::{Prism, Separation, cuboid};
+use core::f32::consts::{FRAC_PI_2, PI};
+use nalgebra::{Isometry3, Point3, Vector3};
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Shape of an object that stands on the table; its frame is at the centroid, z up.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum ObjectShape {
+    /// A rectangular box.
+    Cuboid {
+        /// Half the edge lengths along the object's x, y, z, metres, all positive.
+        half_extents_m: [f32; 3],
+    },
+}
+
+impl ObjectShape {
+    /// The box of the published experiment: 0.2 m wide (x), 0.1 m deep (y), 0.2 m high (z).
+    pub const THESIS_BOX: Self = Self::Cuboid { half_extents_m: [0.1, 0.05, 0.1] };
+
+    /// Height of the object's frame above the table while the object stands, metres.
+    pub fn rest_height_m(&self) -> f32 {
+        match self {
+            Self::Cuboid { half_extents_m } => half_extents_m[2],
+        }
+    }
+
+    /// Height of the object's highest point above the table while it stands, metres.
+    pub fn top_height_m(&self) -> f32 {
+        match self {
+            Self::Cuboid { half_extents_m } => 2.0 * half_extents_m[2],
+        }
+    }
+
+    /// Half the extents of the object's bounding box along its own x, y, z, metres.
+    pub fn half_extents_m(&self) -> [f32; 3] {
+        match self {
+            Self::Cuboid { half_extents_m } => *half_extents_m,
+        }
+    }
+
+    /// Smallest turn about the vertical that leaves the shape as it is, radians: pi for a box, pi/2 for a square one.
+    pub fn yaw_symmetry_rad(&self) -> f32 {
+        match self {
+            Self::Cuboid { half_extents_m: [x, y, _] } if x == y => FRAC_PI_2,
+            Self::Cuboid { .. } => PI,
+        }
+    }
+
+    /// `true` if every dimension is a positive finite number.
+    pub fn is_valid(&self) -> bool {
+        match self {
+            Self::Cuboid { half_extents_m } => half_extents_m.iter().all(|h| h.is_finite() && *h > 0.0),
+        }
+    }
+
+    /// Separation of a point (object frame, metres) along the axis that separates it most, metres: never more than
+    /// its distance, negative inside.
+    pub fn point_separation_m(&self, p: &Vector3<f32>) -> f32 {
+        match self {
+            Self::Cuboid { half_extents_m } => cuboid::point_separation_m(half_extents_m, p),
+        }
+    }
+
+    /// A lower bound of the separation (metres) from the link's bounding sphere alone.
+    pub fn separation_lower_bound_m(&self, object_from_link: &Isometry3<f32>, prism: &Prism) -> f32 {
+        let (centre, radius_m) = prism.bounding_sphere();
+        let p = object_from_link * Point3::from(centre);
+        self.point_separation_m(&p.coords) - radius_m
+    }
+
+    /// Signed separation of a hand link from this object; see [`Separation`].
+    pub fn separation(&self, object_from_link: &Isometry3<f32>, prism: &Prism) -> Option<Separation> {
+        self.separation_below(object_from_link, prism, f32::INFINITY)
+    }
+
+    /// As [`Self::separation`], but `None` as soon as it is certain to be `limit_m` or more.
+    ///
+    /// Free-space terms and the nearest of several links need no more, and nearly all pairs end after a few axes.
+    /// Also `None` if the pose is not finite.
+    pub fn separation_below(
+        &self,
+        object_from_link: &Isometry3<f32>,
+        prism: &Prism,
+        limit_m: f32,
+    ) -> Option<Separation> {
+        match self {
+            Self::Cuboid { half_extents_m } => {
+                cuboid::separation_below(half_extents_m, object_from_link, prism, limit_m)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_stands_on_its_lower_face_and_repeats_after_half_a_turn() {
+        let shape = ObjectShape::THESIS_BOX;
+        assert_eq!((shape.rest_height_m(), shape.top_height_m()), (0.1, 0.2));
+        assert_eq!(shape.yaw_symmetry_rad(), PI);
+        assert_eq!(ObjectShape::Cuboid { half_extents_m: [0.05, 0.05, 0.1] }.yaw_symmetry_rad(), FRAC_PI_2);
+    }
+
+    #[test]
+    fn a_shape_with_a_side_that_is_no_length_is_refused() {
+        assert!(ObjectShape::THESIS_BOX.is_valid());
+        for bad in [0.0, -0.1, f32::NAN, f32::INFINITY] {
+            assert!(!ObjectShape::Cuboid { half_extents_m: [0.1, bad, 0.1] }.is_valid());
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! The grasp: come down over the object, close all fingers gently, then squeeze.
+
+use super::closing::Closing;
+use super::descent::{Descent, DescentEnd};
+use super::trial::RETURN_RATE;
+use super::{Knowledge, Tools, grip, hand};
+use crate::executor::Motion;
+use core::f32::consts::FRAC_PI_2;
+use tactus_common::limits::FINGERS;
+use tactus_common::message::{HandPlacement, Preshape};
+use tactus_common::pose::PlanarPose;
+
+/// Ways to grasp: across the depth, F3 on either side.
+pub const VARIANTS: u8 = 2;
+/// Palm face above the object's top, metres: 30 mm keep the inner links off the edges, the rest is margin.
+const PALM_ABOVE_TOP_M: f32 = 0.046;
+/// Inner-link angle with which the hand comes down, radians.
+const OPEN_RAD: f32 = 0.25;
+/// A finger that comes this far has missed the object, radians.
+const CLOSED_RAD: f32 = 1.6;
+/// Ticks to build up the grip: 0.4 s.
+const SQUEEZE_TICKS: u32 = 200;
+/// Most ticks to open the fingers again: 3 s.
+const OPENING_TICKS_MAX: u32 = 1_500;
+
+/// Where the hand goes and how its fingers stand.
+#[derive(Clone, Copy, Debug)]
+pub struct GraspPlan {
+    /// Placement relative to the object.
+    pub placement: HandPlacement,
+    /// Finger angles on the way down.
+    pub preshape: Preshape,
+}
+
+/// The ways to grasp, best first. The hand's x axis (from F3 to F1/F2) lies along the object's depth, its y.
+pub fn grasp_plan(variant: u8) -> GraspPlan {
+    let yaw_rad = if variant == 0 { FRAC_PI_2 } else { -FRAC_PI_2 };
+    GraspPlan {
+        placement: HandPlacement { hand_in_object: PlanarPose::new(0.0, 0.0, yaw_rad), palm_height_m: PALM_ABOVE_TOP_M },
+        preshape: Preshape { inner_rad: [OPEN_RAD; FINGERS], spread_rad: 0.0 },
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    Descend(Descent),
+    Close(Closing),
+    Squeeze { left: u32 },
+    Open { ticks: u32 },
+    Rise,
+}
+
+/// How a grasp ended.
+pub enum GraspEnd {
+    /// It goes on.
+    NotYet,
+    /// The object is held with these finger angles.
+    Held(Preshape),
+    /// Something was felt on the way down.
+    Landed,
+    /// The fingers closed without holding it.
+    Missed,
+}
+
+/// A grasp under way.
+#[derive(Clone, Debug)]
+pub struct Grasp {
+    plan: GraspPlan,
+    step: Step,
+    missed: bool,
+}
+
+impl Grasp {
+    /// A grasp; its trajectory has just been loaded.
+    pub fn new(plan: GraspPlan) -> Self {
+        Self { plan, step: Step::Descend(Descent::new(plan.preshape)), missed: false }
+    }
+
+    /// One tick.
+    pub(super) fn step(&mut self, know: &mut Knowledge, tools: &mut Tools) -> GraspEnd {
+        self.step = match self.step {
+            Step::Descend(mut descent) => match descent.step(know, tools) {
+                DescentEnd::NotYet => Step::Descend(descent),
+                DescentEnd::Landed => {
+                    tools.executor.go_back(RETURN_RATE);
+                    Step::Rise
+                }
+                DescentEnd::Down => Step::Close(Closing::new([true; FINGERS], CLOSED_RAD)),
+            },
+            Step::Close(mut closing) => {
+                let closed = closing.step(tools, |_, _, _| ());
+                let [f1, f2, f3] = closing.onset_inner_rad();
+                if !closed {
+                    Step::Close(closing)
+                } else if f3.is_some() && (f1.is_some() || f2.is_some()) {
+                    grip::squeeze(tools.hand);
+                    Step::Squeeze { left: SQUEEZE_TICKS }
+                } else {
+                    self.missed = true;
+                    Step::Open { ticks: 0 }
+                }
+            }
+            Step::Squeeze { left: 0 } => {
+                let r = tools.readings;
+                return GraspEnd::Held(Preshape { inner_rad: r.inner_q_rad, spread_rad: r.motor_q_rad[FINGERS] });
+            }
+            Step::Squeeze { left } => Step::Squeeze { left: left - 1 },
+            Step::Open { ticks } => {
+                if hand::preshape(&self.plan.preshape, tools) || ticks >= OPENING_TICKS_MAX {
+                    tools.executor.go_back(RETURN_RATE);
+                    Step::Rise
+                } else {
+                    Step::Open { ticks: ticks + 1 }
+                }
+            }
+            Step::Rise if tools.executor.motion() == Motion::Holding => {
+                return if self.missed { GraspEnd::Missed } else { GraspEnd::Landed };
+            }
+            Step::Rise => Step::Rise,
+        };
+        GraspEnd::NotYet
+    }
+}
+
+#[cfg(test)]
+mod tests;

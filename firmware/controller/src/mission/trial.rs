@@ -1,0 +1,134 @@
+//! One touch: come down guarded, close the fingers guarded, open, go back up.
+
+use super::closing::Closing;
+use super::descent::{Descent, DescentEnd};
+use super::{Knowledge, Tools, hand};
+use crate::evidence::{ContactKind, Toucher};
+use crate::executor::Motion;
+use crate::touch::TouchPlan;
+use tactus_common::limits::{ARM_JOINTS, FINGERS};
+use tactus_common::message::EventKind;
+
+/// A finger that comes this far without feeling anything has missed, radians.
+const CLOSED_RAD: f32 = 1.75;
+/// Most ticks to open the fingers again: 3 s.
+const OPENING_TICKS_MAX: u32 = 1_500;
+/// The way up is this much faster than the guarded way down.
+pub const RETURN_RATE: f32 = 3.0;
+
+/// Where a touch is.
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    /// Moves there and comes down.
+    Descend(Descent),
+    /// Closes.
+    Close(Closing),
+    /// Opens.
+    Open { ticks: u32 },
+    /// Goes back up.
+    Rise,
+}
+
+/// How far a touch has come.
+pub enum TrialEnd {
+    /// It goes on.
+    NotYet,
+    /// The hand is above again.
+    Over {
+        /// Arm angles during the closing, radians.
+        arm_q_rad: [f32; ARM_JOINTS],
+        /// Inner-link angle at onset per finger, radians.
+        onset_inner_rad: [Option<f32>; FINGERS],
+    },
+}
+
+/// A touch under way.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    plan: TouchPlan,
+    step: Step,
+    arm_q_rad: [f32; ARM_JOINTS],
+    onset_inner_rad: [Option<f32>; FINGERS],
+}
+
+impl Trial {
+    /// A touch; its trajectory has just been loaded.
+    pub fn new(plan: &TouchPlan) -> Self {
+        Self {
+            plan: *plan,
+            step: Step::Descend(Descent::new(plan.preshape())),
+            arm_q_rad: [0.0; ARM_JOINTS],
+            onset_inner_rad: [None; FINGERS],
+        }
+    }
+
+    /// What is being tried.
+    pub fn plan(&self) -> &TouchPlan {
+        &self.plan
+    }
+
+    /// One tick.
+    pub(super) fn step(&mut self, know: &mut Knowledge, tools: &mut Tools) -> TrialEnd {
+        self.step = match self.step {
+            Step::Descend(mut descent) => match descent.step(know, tools) {
+                DescentEnd::NotYet => Step::Descend(descent),
+                DescentEnd::Landed => {
+                    tools.executor.go_back(RETURN_RATE);
+                    Step::Rise
+                }
+                DescentEnd::Down => {
+                    let (world_from_hand, angles) = hand::measured(tools.readings);
+                    // A full store drops the newest and counts it; the touch still counts with what it has.
+                    let _ = know.store.add_free(&world_from_hand, &angles, [true; FINGERS]);
+                    self.arm_q_rad = tools.readings.arm_q_rad;
+                    Step::Close(Closing::new(self.plan.closes, CLOSED_RAD))
+                }
+            },
+            Step::Close(mut closing) => {
+                let closed = closing.step(tools, |f, inner_rad, tools| note_contact(f, inner_rad, know, tools));
+                if closed {
+                    self.onset_inner_rad = closing.onset_inner_rad();
+                    self.note_misses(know, tools);
+                    Step::Open { ticks: 0 }
+                } else {
+                    Step::Close(closing)
+                }
+            }
+            Step::Open { ticks } => {
+                if hand::preshape(&self.plan.preshape(), tools) || ticks >= OPENING_TICKS_MAX {
+                    tools.executor.go_back(RETURN_RATE);
+                    Step::Rise
+                } else {
+                    Step::Open { ticks: ticks + 1 }
+                }
+            }
+            Step::Rise if tools.executor.motion() == Motion::Holding => {
+                return TrialEnd::Over { arm_q_rad: self.arm_q_rad, onset_inner_rad: self.onset_inner_rad };
+            }
+            Step::Rise => Step::Rise,
+        };
+        TrialEnd::NotYet
+    }
+
+    /// Fingers that closed without feeling anything: their whole way is known to be free.
+    fn note_misses(&self, know: &mut Knowledge, tools: &Tools) {
+        let (world_from_hand, mut angles) = hand::measured(tools.readings);
+        for f in 0..FINGERS {
+            if self.plan.closes[f] && self.onset_inner_rad[f].is_none() {
+                let end_rad = angles.inner_rad[f];
+                angles.inner_rad[f] = self.plan.preopen_rad[f];
+                let _ = know.store.add_free_sweep(&world_from_hand, &angles, f, end_rad);
+            }
+        }
+    }
+}
+
+/// Finger `f` begins to feel something: evidence.
+fn note_contact(f: usize, inner_rad: f32, know: &mut Knowledge, tools: &mut Tools) {
+    let (world_from_hand, angles) = hand::measured(tools.readings);
+    let _ = know.store.add_contact(&world_from_hand, &angles, Toucher::Finger(f), ContactKind::Closing);
+    tools.out.event(EventKind::Contact { finger: f as u8, inner_rad, descending: false });
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,394 @@
+//! Update: from evidence to belief, by a multi-start search that is sliced over ticks.
+//!
+//! Explore: from each start (the old modes, then a low-discrepancy sequence over the prior's region) a search under a
+//! wide loss, which pulls from afar. Polish: the distinct ends again under the narrow loss, which lets go of late or
+//! false contacts. Gather: the ends within a chi-squared margin are the modes; ends along a flat valley stay apart, so
+//! that their spread enters the covariance.
+
+use crate::belief::{Belief, MODES_MAX, Mode, Prior};
+use crate::error::geometric::{Geometric, GeometricConfig};
+use crate::error::{ErrorFunction, Evaluation};
+use crate::evidence::EvidenceStore;
+use crate::optimise::{Ask, Bounds, Found, LevenbergMarquardt, LevenbergMarquardtConfig, Optimiser, start};
+use heapless::Vec;
+use nalgebra::Matrix3;
+use tactus_common::pose::PlanarPose;
+
+/// Modes of the old belief from which a search starts.
+const OLD_MODES_MAX: usize = MODES_MAX;
+/// Starts over the region when it is small / large.
+const STARTS_SMALL: u16 = 8;
+const STARTS_LARGE: u16 = 16;
+/// A region with a half width beyond these is large: about the clearance beside open fingers, and 30 degrees.
+const LARGE_POSITION_M: f32 = 0.06;
+const LARGE_YAW_RAD: f32 = 0.52;
+/// Ends kept for polishing.
+const ENDS_MAX: usize = OLD_MODES_MAX + STARTS_LARGE as usize;
+/// Ends closer than this are one.
+const SAME_POSITION_M: f32 = 1.5e-3;
+const SAME_YAW_RAD: f32 = 0.015;
+/// Error above the least, in chi-squared units, up to which an end is a mode: 99.7 % for three components.
+const MODE_MARGIN: f32 = 14.0;
+/// Loss scale of the exploring searches, in standard deviations: 15 mm at 0.5 mm.
+const WIDE_LOSS_SCALE: f32 = 30.0;
+/// Least standard deviations that are ever claimed: errors of the model that all contacts share (size of the box,
+/// kinematics of the hand) do not average out.
+const FLOOR_POSITION_M: f32 = 0.3e-3;
+const FLOOR_YAW_RAD: f32 = 2e-3;
+
+/// Parameters of an update.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct UpdateConfig {
+    /// What residuals are worth.
+    pub geometric: GeometricConfig,
+    /// Each single search.
+    pub search: LevenbergMarquardtConfig,
+}
+
+/// What an update did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct UpdateStats {
+    /// Evaluations of the error, all searches together.
+    pub evaluations: u16,
+    /// Searches.
+    pub searches: u16,
+    /// Modes found.
+    pub modes: u8,
+    /// Least error, in chi-squared units.
+    pub error: f32,
+}
+
+/// State of an update after a slice of work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// More to do.
+    Running,
+    /// [`Update::belief`] holds the result.
+    Done,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    Explore { next: u16 },
+    Polish { next: usize },
+    Done,
+}
+
+/// One update; owns all its state, about 6 KiB.
+#[derive(Clone, Debug)]
+pub struct Update {
+    config: UpdateConfig,
+    prior: Prior,
+    bounds: Bounds,
+    old: Vec<PlanarPose, OLD_MODES_MAX>,
+    starts: u16,
+    phase: Phase,
+    search: LevenbergMarquardt,
+    ends: Vec<Found, ENDS_MAX>,
+    polished: Vec<Found, MODES_MAX>,
+    stats: UpdateStats,
+    belief: Belief,
+}
+
+impl Update {
+    /// An update of the belief `before` on all evidence; nothing is evaluated yet.
+    pub fn new(prior: &Prior, before: &Belief, config: &UpdateConfig) -> Self {
+        let bounds = prior.bounds();
+        let mut old = Vec::new();
+        if before.residuals().contacts > 0 {
+            for mode in before.modes().iter().take(OLD_MODES_MAX) {
+                let _ = old.push(mode.pose);
+            }
+        }
+        let interval = prior.interval;
+        let is_large = interval.x_m.max(interval.y_m) > LARGE_POSITION_M || interval.phi_rad > LARGE_YAW_RAD;
+        let mut update = Self {
+            config: *config,
+            prior: *prior,
+            bounds,
+            old,
+            starts: if is_large { STARTS_LARGE } else { STARTS_SMALL },
+            phase: Phase::Explore { next: 0 },
+            search: LevenbergMarquardt::new(&config.search, &bounds, &prior.guess),
+            ends: Vec::new(),
+            polished: Vec::new(),
+            stats: UpdateStats::default(),
+            belief: before.clone(),
+        };
+        update.start_exploring(0);
+        update
+    }
+
+    /// The belief: the old one until the update is done.
+    pub fn belief(&self) -> &Belief {
+        &self.belief
+    }
+
+    /// What was done so far.
+    pub fn stats(&self) -> UpdateStats {
+        self.stats
+    }
+
+    /// At most `evaluations_max` evaluations. The evidence must be the same in every slice of one update.
+    pub fn step(&mut self, evaluations_max: u16, store: &EvidenceStore) -> Progress {
+        let narrow = self.config.geometric;
+        let wide = GeometricConfig { loss_scale: WIDE_LOSS_SCALE, ..narrow };
+        let narrow = Geometric::new(store, &self.prior.shape, &narrow);
+        let wide = Geometric::new(store, &self.prior.shape, &wide);
+        for _ in 0..evaluations_max {
+            let error = match self.phase {
+                Phase::Explore { .. } => &wide,
+                Phase::Polish { .. } => &narrow,
+                Phase::Done => return Progress::Done,
+            };
+            // A search that has just ended takes the next start before the evaluation.
+            if let Ask::Evaluate(pose) = self.search.ask() {
+                self.stats.evaluations += 1;
+                self.search.tell(&error.evaluate(&pose));
+            }
+            if let Ask::Done(found, _) = self.search.ask() {
+                self.finish_search(found, &narrow);
+            }
+        }
+        if self.phase == Phase::Done { Progress::Done } else { Progress::Running }
+    }
+
+    fn start_exploring(&mut self, index: u16) {
+        let from = match self.old.get(usize::from(index)) {
+            Some(pose) => *pose,
+            None => self.bounds.at(start(index - self.old.len() as u16)),
+        };
+        self.begin_search(&from);
+        self.phase = Phase::Explore { next: index + 1 };
+    }
+
+    fn begin_search(&mut self, from: &PlanarPose) {
+        self.stats.searches += 1;
+        self.search = LevenbergMarquardt::new(&self.config.search, &self.bounds, from);
+    }
+
+    fn finish_search(&mut self, found: Found, narrow: &Geometric<'_>) {
+        match self.phase {
+            Phase::Explore { next } => {
+                let _ = self.ends.push(found);
+                if usize::from(next) < self.old.len() + usize::from(self.starts) {
+                    self.start_exploring(next);
+                } else {
+                    self.ends.sort_unstable_by(|a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
+                    merge(&mut self.ends);
+                    self.start_polishing(0, narrow);
+                }
+            }
+            Phase::Polish { next } => {
+                let _ = self.polished.push(found);
+                self.start_polishing(next, narrow);
+            }
+            Phase::Done => {}
+        }
+    }
+
+    fn start_polishing(&mut self, index: usize, narrow: &Geometric<'_>) {
+        match self.ends.get(index) {
+            Some(end) if index < MODES_MAX => {
+                let pose = end.pose;
+                self.begin_search(&pose);
+                self.phase = Phase::Polish { next: index + 1 };
+            }
+            _ => {
+                self.gather(narrow);
+                self.phase = Phase::Done;
+            }
+        }
+    }
+
+    /// The belief from the polished ends; the old one stays if there is none.
+    fn gather(&mut self, narrow: &Geometric<'_>) {
+        self.polished.sort_unstable_by(|a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
+        merge(&mut self.polished);
+        let Some(best) = self.polished.first().copied() else { return };
+        let residuals = narrow.residuals(&best.pose);
+        let mut modes: Vec<Mode, MODES_MAX> = Vec::new();
+        for end in &self.polished {
+            if end.evaluation.error <= best.evaluation.error + MODE_MARGIN {
+                let mode = Mode {
+                    pose: end.pose,
+                    covariance: self.covariance(&end.evaluation),
+                    weight: 0.0,
+                    error: end.evaluation.error,
+                };
+                let _ = modes.push(mode);
+            }
+        }
+        self.stats.modes = modes.len() as u8;
+        self.stats.error = best.evaluation.error;
+        if let Some(belief) = Belief::from_modes(modes, residuals) {
+            self.belief = belief;
+        }
+    }
+
+    /// Inverse of the evidence's information plus the prior's, over the components that are not known exactly, plus
+    /// the floor.
+    fn covariance(&self, evaluation: &Evaluation) -> Matrix3<f32> {
+        let mut information = evaluation.slope.map_or_else(Matrix3::zeros, |s| s.information);
+        let prior = self.prior.information();
+        for axis in 0..3 {
+            match prior[axis] {
+                Some(known) => information[(axis, axis)] += known,
+                None => {
+                    for other in 0..3 {
+                        information[(axis, other)] = 0.0;
+                        information[(other, axis)] = 0.0;
+                    }
+                    information[(axis, axis)] = 1.0;
+                }
+            }
+        }
+        let mut covariance = match information.cholesky() {
+            Some(root) => root.inverse(),
+            None => Matrix3::from_diagonal(&nalgebra::Vector3::from(prior.map(|p| p.map_or(0.0, |i| 1.0 / i)))),
+        };
+        let floors = [FLOOR_POSITION_M, FLOOR_POSITION_M, FLOOR_YAW_RAD];
+        for axis in 0..3 {
+            covariance[(axis, axis)] =
+                if prior[axis].is_some() { covariance[(axis, axis)] + floors[axis] * floors[axis] } else { 0.0 };
+        }
+        covariance
+    }
+}
+
+/// Removes from a list in order of error every end that is next to a better one.
+fn merge<const N: usize>(ends: &mut Vec<Found, N>) {
+    let mut kept: Vec<Found, N> = Vec::new();
+    for end in ends.iter() {
+        if end.evaluation.is_finite() && !kept.iter().any(|better| is_same(&better.pose, &end.pose)) {
+            let _ = kept.push(*end);
+        }
+    }
+    *ends = kept;
+}
+
+fn is_same(a: &PlanarPose, b: &PlanarPose) -> bool {
+    libm::fabsf(a.x_m - b.x_m) < SAME_POSITION_M
+        && libm::fabsf(a.y_m - b.y_m) < SAME_POSITION_M
+        && libm::fabsf(a.phi_rad - b.phi_rad) < SAME_YAW_RAD
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::belief::{Readiness, Tolerance};
+    use crate::touch::{candidate, rehearse::rehearse};
+    use tactus_common::pose::Interval;
+    use tactus_common::shape::ObjectShape;
+
+    const SHAPE: ObjectShape = ObjectShape::THESIS_BOX;
+    const GUESS: PlanarPose = PlanarPose { x_m: 0.2, y_m: -0.1, phi_rad: 0.0 };
+
+    fn prior(interval: Interval) -> Prior {
+        Prior { guess: GUESS, interval, shape: SHAPE }
+    }
+
+    fn exact() -> UpdateConfig {
+        let geometric = GeometricConfig { contact_depth_m: 0.0, ..GeometricConfig::default() };
+        UpdateConfig { geometric, ..UpdateConfig::default() }
+    }
+
+    fn touched(ids: &[u8], truth: &PlanarPose) -> EvidenceStore {
+        let mut store = EvidenceStore::new(SHAPE.top_height_m());
+        for id in ids {
+            rehearse(&mut store, &candidate(*id, &SHAPE).expect("listed"), &GUESS, truth, &SHAPE);
+        }
+        store
+    }
+
+    fn run(prior: &Prior, store: &EvidenceStore, slice: u16) -> (Belief, UpdateStats) {
+        let mut update = Update::new(prior, &Belief::from_prior(prior), &exact());
+        for _ in 0..2000 {
+            if update.step(slice, store) == Progress::Done {
+                return (update.belief().clone(), update.stats());
+            }
+        }
+        panic!("no end");
+    }
+
+    #[test]
+    fn three_touches_without_noise_give_the_pose() {
+        let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
+        for truth in [PlanarPose::new(0.22, -0.08, 0.15), PlanarPose::new(0.19, -0.12, -0.2), GUESS] {
+            let (belief, stats) = run(&p, &touched(&[0, 6, 3], &truth), 1000);
+            let pose = belief.pose();
+            let off = [pose.x_m - truth.x_m, pose.y_m - truth.y_m, pose.phi_rad - truth.phi_rad];
+            assert!(off[0].abs() < 3e-4 && off[1].abs() < 3e-4 && off[2].abs() < 3e-3, "{off:?} {stats:?}");
+            assert_eq!(belief.readiness(&Tolerance::default()), Readiness::Ready, "{stats:?}");
+            assert!(stats.evaluations < 400, "{stats:?}");
+        }
+    }
+
+    #[test]
+    fn one_touch_across_leaves_the_position_along_the_box_open() {
+        let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
+        let (belief, _) = run(&p, &touched(&[0], &GUESS), 1000);
+        let sigma_x_m = libm::sqrtf(belief.covariance()[(0, 0)]);
+        assert!(sigma_x_m > 0.015, "{sigma_x_m}");
+        assert_ne!(belief.readiness(&Tolerance::default()), Readiness::Ready);
+    }
+
+    #[test]
+    fn slicing_changes_nothing() {
+        let p = prior(Interval { x_m: 0.1, y_m: 0.1, phi_rad: 0.78 });
+        let store = touched(&[0, 7], &PlanarPose::new(0.22, -0.08, 0.15));
+        let (whole, whole_stats) = run(&p, &store, 5000);
+        let (sliced, sliced_stats) = run(&p, &store, 1);
+        assert_eq!(whole_stats, sliced_stats);
+        assert_eq!(whole.pose(), sliced.pose());
+        assert_eq!(whole.covariance(), sliced.covariance());
+    }
+
+    #[test]
+    fn components_known_exactly_stay_and_one_unknown_needs_two_contacts() {
+        let p = prior(Interval { x_m: 0.0, y_m: 0.05, phi_rad: 0.0 });
+        let truth = PlanarPose { y_m: -0.12, ..GUESS };
+        let (belief, _) = run(&p, &touched(&[0], &truth), 1000);
+        assert_eq!((belief.pose().x_m, belief.pose().phi_rad), (GUESS.x_m, GUESS.phi_rad));
+        assert!((belief.pose().y_m - truth.y_m).abs() < 2e-4);
+        assert_eq!(belief.covariance()[(0, 0)], 0.0);
+        assert_eq!(belief.readiness(&Tolerance::default()), Readiness::Ready);
+    }
+
+    #[test]
+    fn without_evidence_nothing_is_learnt() {
+        let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
+        let (belief, _) = run(&p, &EvidenceStore::new(0.2), 1000);
+        assert_eq!(belief.readiness(&Tolerance::default()), Readiness::NoContact);
+        assert!(libm::sqrtf(belief.covariance()[(0, 0)]) > 0.02);
+    }
+
+    #[test]
+    fn one_false_contact_among_many_is_outvoted_or_named() {
+        let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
+        let truth = PlanarPose::new(0.21, -0.09, 0.1);
+        let mut store = touched(&[0, 6, 3], &truth);
+        // F1 is said to touch while it is open, 40 mm from the box.
+        let plan = candidate(0, &SHAPE).expect("listed");
+        let open = tactus_common::robot::hand::HandAngles::engaged(plan.preopen_rad, plan.spread_rad);
+        let hand = plan.world_from_hand(&GUESS, &SHAPE);
+        let kind = crate::evidence::ContactKind::Closing;
+        store.add_contact(&hand, &open, crate::evidence::Toucher::Finger(0), kind).expect("room");
+        let (belief, _) = run(&p, &store, 1000);
+        let (dx, dy) = (belief.pose().x_m - truth.x_m, belief.pose().y_m - truth.y_m);
+        assert!(dx.abs() < 1e-3 && dy.abs() < 1e-3, "{dx} {dy}");
+        assert_eq!(belief.residuals().outliers, 1);
+    }
+
+    #[test]
+    fn an_object_that_was_moved_far_is_noticed() {
+        let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
+        let mut store = touched(&[0, 6], &GUESS);
+        let moved = PlanarPose::new(0.215, -0.085, 0.1);
+        for id in [0, 6] {
+            rehearse(&mut store, &candidate(id, &SHAPE).expect("listed"), &GUESS, &moved, &SHAPE);
+        }
+        let (belief, _) = run(&p, &store, 1000);
+        assert_ne!(belief.readiness(&Tolerance::default()), Readiness::Ready);
+    }
+}

@@ -1,0 +1,79 @@
+//! What a node needs of a bus. No clock, no waiting: whoever owns the bus makes time pass.
+
+use tactus_common::can::{CanFrame, Mtu};
+
+/// A frame that arrived.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Received {
+    /// The frame.
+    pub frame: CanFrame,
+    /// When its last bit had passed, nanoseconds of the bus's own clock.
+    pub at_ns: u64,
+}
+
+/// Why a bus did not take a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The transmit queue is full; there will be room once frames have been sent.
+    Full,
+    /// The bus does not carry this frame format (CAN FD on a CAN 2.0 bus).
+    Format,
+    /// The bus is gone (interface down, cable pulled).
+    Down,
+}
+
+impl std::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Full => "the transmit queue is full",
+            Self::Format => "the bus does not carry CAN FD frames",
+            Self::Down => "the bus is down",
+        })
+    }
+}
+
+/// Error returned by [`Bus::send`]: the frame comes back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rejected {
+    /// The frame that was not taken.
+    pub frame: CanFrame,
+    /// Why.
+    pub reason: Refusal,
+}
+
+impl std::fmt::Display for Rejected {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "frame {:08X} not sent: {}", self.frame.id(), self.reason)
+    }
+}
+
+impl std::error::Error for Rejected {}
+
+/// One node's access to a bus.
+pub trait Bus {
+    /// The frame format in which to send on this bus.
+    fn mtu(&self) -> Mtu;
+
+    /// Queues a frame for sending. Frames of equal identifier keep their order.
+    ///
+    /// # Errors
+    /// [`Rejected`] with the frame. The caller decides whether to try again or to do without; the bus counts it.
+    fn send(&mut self, frame: CanFrame) -> Result<(), Rejected>;
+
+    /// The oldest frame that arrived from other nodes and was not fetched yet; never waits.
+    fn receive(&mut self) -> Option<Received>;
+}
+
+impl<B: Bus + ?Sized> Bus for &mut B {
+    fn mtu(&self) -> Mtu {
+        (**self).mtu()
+    }
+
+    fn send(&mut self, frame: CanFrame) -> Result<(), Rejected> {
+        (**self).send(frame)
+    }
+
+    fn receive(&mut self) -> Option<Received> {
+        (**self).receive()
+    }
+}

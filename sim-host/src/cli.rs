@@ -1,0 +1,301 @@
+//! The command line: a contract with tools outside this repository (see `docs/cli.md`).
+
+use crate::experiment::trials::{self, TrialsOptions};
+use crate::mission::{self, MissionOptions};
+use crate::report::{progress::Progress, summary::Summary, terminal};
+use crate::scenario::Scenario;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use tactus_common::pose::{Interval, PlanarPose};
+
+/// Exit status: usage or input error.
+const EXIT_USAGE: u8 = 2;
+
+const AFTER_HELP: &str = "\
+Examples:
+  tactus                                     the main job with its defaults (seed 1)
+  tactus run --seed 7 --summary -            another world, the result as JSON on standard output
+  tactus run --true 0.1,-0.15,0.4 --guess 0.12,-0.12,0.2
+  tactus trials --count 200 --offset 0.05,0.05,0.35 --csv trials.csv
+
+Exit status: 0 done, 2 bad usage or input, 3 the task failed, 4 fault.";
+
+/// A robot hand that finds things by touch, in a simulated world.
+#[derive(Parser, Debug)]
+#[command(name = "tactus", version, after_help = AFTER_HELP, disable_help_subcommand = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// One mission: find the box by touch, grasp it, carry it 0.5 m along -x, put it down (the default command).
+    Run(RunArgs),
+    /// Many missions over seeds, with statistics: true poses uniform over x in [0.0, 0.3] m, y in [-0.2, 0.0] m,
+    /// phi in [-pi/4, pi/4] rad; guess = truth + uniform in +-offset; run i uses seed N + i.
+    Trials(TrialsArgs),
+    /// Time the parts that the README quotes: world, mental rollout, pose update (medians).
+    #[command(hide = true)]
+    Bench,
+}
+
+#[derive(Args, Debug, Clone)]
+struct CommonArgs {
+    /// Seed of noise, model mismatch and default guess.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Write the result as JSON; `-` writes it to standard output and nothing else there.
+    #[arg(long, value_name = "FILE.json")]
+    summary: Option<PathBuf>,
+    /// Scene to use instead of the built-in one (TOML).
+    #[arg(long, value_name = "FILE.toml")]
+    scenario: Option<PathBuf>,
+    /// Print nothing but errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Args, Debug, Clone)]
+struct MethodArgs {
+    /// How many components of the pose are uncertain: 1 = x, 2 = x and y, 3 = x, y and phi.
+    #[arg(long, value_name = "1|2|3", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=3))]
+    dof: u8,
+    /// Contact sensors: `real` = the hand's own; `ideal` = one noiseless bit per link.
+    #[arg(long, value_enum, default_value_t = Sensors::Real)]
+    sensors: Sensors,
+    /// Error function that the update minimises.
+    #[arg(long, value_enum, default_value_t = ErrorKind::Geometric)]
+    error: ErrorKind,
+    /// Optimiser that minimises it.
+    #[arg(long, value_name = "NAME", default_value = "levenberg-marquardt")]
+    optimizer: String,
+    /// What foretells the readings for the errors that compare contacts.
+    #[arg(long, value_enum, default_value_t = Predictor::Kinematic)]
+    predictor: Predictor,
+    /// Bus between controller and world: `virtual`, or `socketcan:IFACE`.
+    #[arg(long, value_name = "BUS", default_value = "virtual")]
+    bus: String,
+    /// Most touches before giving up.
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u8).range(1..=8))]
+    max_trials: u8,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+enum Sensors {
+    Real,
+    Ideal,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+enum ErrorKind {
+    Contact,
+    Weighted,
+    Modified,
+    Geometric,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+enum Predictor {
+    Kinematic,
+    Simulation,
+}
+
+#[derive(Args, Debug)]
+struct RunArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+    #[command(flatten)]
+    method: MethodArgs,
+    /// True pose of the box (metres, metres, radians) [default: the scene's, 0.2,-0.1,0].
+    #[arg(long = "true", value_name = "X,Y,PHI", value_parser = triple, allow_hyphen_values = true)]
+    truth: Option<[f32; 3]>,
+    /// Guess that the controller is told [default: truth + uniform in +-(0.05, 0.05, 0.35) by seed].
+    #[arg(long, value_name = "X,Y,PHI", value_parser = triple, allow_hyphen_values = true)]
+    guess: Option<[f32; 3]>,
+    /// Half widths of the interval in which the controller is told the truth lies around the guess.
+    #[arg(long, value_name = "DX,DY,DPHI", value_parser = triple, default_value = "0.05,0.05,0.35")]
+    interval: [f32; 3],
+    /// Write a recording of the run.
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+struct TrialsArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+    #[command(flatten)]
+    method: MethodArgs,
+    /// Missions to carry out.
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    count: u32,
+    /// Half widths of the error of the guess (metres, metres, radians); also the interval the controller is told.
+    #[arg(long, value_name = "DX,DY,DPHI", value_parser = triple, default_value = "0.05,0.05,0.35")]
+    offset: [f32; 3],
+    /// Write one line per mission.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Missions at a time [default: one per processor]; the results do not depend on it.
+    #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+}
+
+/// Three finite numbers with commas between them.
+fn triple(text: &str) -> Result<[f32; 3], String> {
+    let parts: Vec<&str> = text.split(',').collect();
+    let [a, b, c] = parts[..] else {
+        return Err(format!("expected three numbers with commas between them, found {}", parts.len()));
+    };
+    let number = |s: &str| match s.trim().parse::<f32>() {
+        Ok(v) if v.is_finite() => Ok(v),
+        Ok(_) => Err(format!("'{s}' is not a finite number")),
+        Err(_) => Err(format!("'{s}' is not a number")),
+    };
+    Ok([number(a)?, number(b)?, number(c)?])
+}
+
+/// Runs the command line; returns the exit status.
+pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = match Cli::try_parse_from(with_default_command(args)) {
+        Ok(cli) => cli,
+        Err(error) if !error.use_stderr() => {
+            print!("{}", error.render());
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => {
+            eprintln!("{}", one_line(&error));
+            return ExitCode::from(EXIT_USAGE);
+        }
+    };
+    let done = match cli.command {
+        Command::Run(args) => run(&args),
+        Command::Trials(args) => trials(&args),
+        Command::Bench => crate::experiment::bench::run().map(|()| 0),
+    };
+    match done {
+        Ok(status) => ExitCode::from(status),
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(EXIT_USAGE)
+        }
+    }
+}
+
+/// `tactus` and `tactus --flag` mean `tactus run`.
+fn with_default_command(args: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let mut args: Vec<OsString> = args.into_iter().collect();
+    let first = args.get(1).and_then(|a| a.to_str()).unwrap_or("--run");
+    if first.starts_with('-') && !matches!(first, "-h" | "--help" | "-V" | "--version") {
+        args.insert(1, "run".into());
+    }
+    args
+}
+
+/// A usage error as one line: what is wrong and where help is.
+fn one_line(error: &clap::Error) -> String {
+    let text = error.render().to_string();
+    let lines: Vec<&str> = text.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
+    let what: Vec<&str> =
+        lines.iter().copied().take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more")).collect();
+    format!("{} (see tactus --help)", what.join("; "))
+}
+
+/// Refuses by name what does not exist yet.
+fn supported(method: &MethodArgs) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        method.sensors == Sensors::Real,
+        "--sensors ideal does not exist yet; expected: real"
+    );
+    anyhow::ensure!(
+        method.error == ErrorKind::Geometric,
+        "--error {} does not exist yet; expected: geometric",
+        method.error.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned())
+    );
+    anyhow::ensure!(
+        method.predictor == Predictor::Kinematic,
+        "--predictor simulation does not exist yet; expected: kinematic"
+    );
+    anyhow::ensure!(
+        method.optimizer == "levenberg-marquardt",
+        "--optimizer {}: no optimiser of that name; expected: levenberg-marquardt",
+        method.optimizer
+    );
+    match method.bus.as_str() {
+        "virtual" => Ok(()),
+        bus if bus.starts_with("socketcan:") => {
+            anyhow::bail!("--bus {bus}: SocketCAN does not exist yet in this build; expected: virtual")
+        }
+        bus => anyhow::bail!("--bus {bus}: no such bus; expected: virtual, or socketcan:IFACE"),
+    }
+}
+
+fn scenario(common: &CommonArgs) -> anyhow::Result<Scenario> {
+    common.scenario.as_deref().map_or_else(|| Ok(Scenario::thesis_box()), Scenario::load)
+}
+
+/// The interval with the components that `--dof` declares known set to zero.
+fn with_dof(interval: [f32; 3], dof: u8) -> anyhow::Result<Interval> {
+    let [x_m, y_m, phi_rad] = interval;
+    anyhow::ensure!(
+        interval.iter().all(|v| *v >= 0.0),
+        "interval {x_m},{y_m},{phi_rad}: half widths must not be negative"
+    );
+    Ok(Interval { x_m, y_m: if dof >= 2 { y_m } else { 0.0 }, phi_rad: if dof >= 3 { phi_rad } else { 0.0 } })
+}
+
+fn run(args: &RunArgs) -> anyhow::Result<u8> {
+    supported(&args.method)?;
+    anyhow::ensure!(args.record.is_none(), "--record does not exist yet in this build");
+    let scenario = scenario(&args.common)?;
+    let interval = with_dof(args.interval, args.method.dof)?;
+    let truth = args.truth.map_or(scenario.true_pose(), PlanarPose::from_array);
+    let guess = match args.guess {
+        Some(guess) => PlanarPose::from_array(guess),
+        None => mission::guess_around(&truth, &with_dof(mission::DEFAULT_OFFSET, args.method.dof)?, args.common.seed),
+    };
+    scenario.check_on_table("--true", &truth)?;
+    scenario.check_on_table("--guess", &guess)?;
+    let options =
+        MissionOptions { scenario, seed: args.common.seed, truth, guess, interval, trials_max: args.method.max_trials };
+    let to_stdout = args.common.summary.as_deref().is_some_and(|p| p.as_os_str() == "-");
+    let quiet = args.common.quiet || to_stdout;
+    let mut progress = Progress::new(quiet);
+    let report = mission::run(&options, &mut |event| progress.show(event))?;
+    progress.finish();
+    if !quiet {
+        print!("{}", terminal::closing(&options, &report));
+    }
+    if let Some(path) = &args.common.summary {
+        Summary::of(&options, &report).write(path)?;
+    }
+    let status = report.exit_status();
+    if status != 0 && quiet {
+        eprintln!("failed: {}", report.outcome_text());
+    }
+    Ok(status)
+}
+
+fn trials(args: &TrialsArgs) -> anyhow::Result<u8> {
+    supported(&args.method)?;
+    let offset = with_dof(args.offset, args.method.dof)?;
+    let options = TrialsOptions {
+        scenario: scenario(&args.common)?,
+        seed: args.common.seed,
+        count: args.count,
+        offset,
+        trials_max: args.method.max_trials,
+        jobs: args.jobs.map_or(0, usize::from),
+        quiet: args.common.quiet || args.common.summary.as_deref().is_some_and(|p| p.as_os_str() == "-"),
+    };
+    let statistics = trials::run(&options, args.csv.as_deref())?;
+    if !options.quiet {
+        println!("{statistics}");
+    }
+    if let Some(path) = &args.common.summary {
+        statistics.write(path)?;
+    }
+    Ok(0)
+}

@@ -1,0 +1,4 @@
+//! Experiments over many missions, and benches.
+
+pub mod bench;
+pub mod trials;

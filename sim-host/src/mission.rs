@@ -1,0 +1,278 @@
+//! One mission from its options to its report: draws what the seed decides, runs it, judges the end.
+
+use crate::host::{Host, HostEnd};
+use crate::scenario::Scenario;
+use crate::world::{Mismatch, World};
+use nalgebra::{Isometry3, Matrix2, Vector2, Vector3};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+use std::time::Instant;
+use tactus_common::limits::TICK_US;
+use tactus_common::message::{Event, FailureReason, Outcome, SCHEMA_VERSION, Setup, Status};
+use tactus_common::pose::{Interval, PlanarPose, wrap};
+use tactus_common::shape::ObjectShape;
+
+/// The outcome of a mission that did its job.
+pub const TRANSPORTED: &str = "transported";
+/// Half widths of the default guess's error: metres, metres, radians.
+pub const DEFAULT_OFFSET: [f32; 3] = [0.05, 0.05, 0.35];
+/// How near its goal the object must stand: 15 mm and 5 degrees.
+const GOAL_POSITION_M: f32 = 0.015;
+const GOAL_YAW_RAD: f32 = 5.0 * std::f32::consts::PI / 180.0;
+/// How far it may lean: a box that stands does not lean at all.
+const GOAL_TILT_RAD: f32 = 5.0 * std::f32::consts::PI / 180.0;
+/// 99 % of a normal distribution in two dimensions lie within this squared Mahalanobis distance.
+const CHI_SQUARED_2_99: f32 = 9.21;
+/// Truth outside the 99 % region by more than this is "confidently wrong", metres.
+const CONFIDENTLY_WRONG_M: f32 = 3e-3;
+
+/// What to do.
+#[derive(Clone, Debug)]
+pub struct MissionOptions {
+    /// The scene.
+    pub scenario: Scenario,
+    /// Seed of noise and mismatch.
+    pub seed: u64,
+    /// Where the object truly stands.
+    pub truth: PlanarPose,
+    /// What the controller is told.
+    pub guess: PlanarPose,
+    /// What the controller is told about the guess's error.
+    pub interval: Interval,
+    /// Most touches.
+    pub trials_max: u8,
+}
+
+/// What a run shows of itself while it goes on.
+#[derive(Clone, Copy, Debug)]
+pub enum Progressed {
+    /// Something happened.
+    Event(Event),
+    /// What the controller thinks, ten times a second.
+    Status(Status),
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct MissionReport {
+    /// How the controller says that it ended; `None` if it did not end in time.
+    pub outcome: Option<Outcome>,
+    /// Digest of the controller's inputs and outputs.
+    pub digest: u64,
+    /// Belief at the update that led to the grasp (the last one, if none did).
+    pub believed: PlanarPose,
+    /// Its covariance: xx, xy, xphi, yy, yphi, phiphi.
+    pub covariance: [f32; 6],
+    /// Distance of the belief from the truth at that moment, metres.
+    pub position_error_m: f32,
+    /// The same in yaw, radians, modulo the object's symmetry.
+    pub yaw_error_rad: f32,
+    /// Distance by which the truth lay outside the belief's 99 % region, metres; 0 inside.
+    pub outside_99_m: f32,
+    /// Where the object stands in the end.
+    pub final_pose: PlanarPose,
+    /// Height of its frame, metres.
+    pub final_z_m: f32,
+    /// How far it leans, radians.
+    pub final_tilt_rad: f32,
+    /// Distance from the goal, metres.
+    pub goal_position_error_m: f32,
+    /// The same in yaw, radians.
+    pub goal_yaw_error_rad: f32,
+    /// Touches.
+    pub trials: u32,
+    /// Error evaluations of all updates.
+    pub evaluations: u32,
+    /// Wall time of the controller's ticks in each update of its belief, seconds.
+    pub update_times_s: Vec<f64>,
+    /// Robot time, seconds.
+    pub sim_time_s: f64,
+    /// Wall time, seconds.
+    pub wall_time_s: f64,
+    /// Frames on the bus.
+    pub bus_frames: u64,
+    /// Highest load in any 100 ms, 0..1.
+    pub bus_load_max: f32,
+    /// Frames lost in queues.
+    pub bus_lost: u64,
+    /// Ticks for which no command came.
+    pub deadline_misses: u32,
+}
+
+impl MissionReport {
+    /// Standard deviations of the belief: x, y (metres), phi (radians).
+    pub fn believed_sd(&self) -> [f32; 3] {
+        [0, 3, 5].map(|i| libm::sqrtf(self.covariance[i].max(0.0)))
+    }
+
+    /// Wall time of all updates, seconds.
+    pub fn update_time_s(&self) -> f64 {
+        self.update_times_s.iter().sum()
+    }
+
+    /// Does the object stand at its goal, and did the controller put it there?
+    pub fn transported(&self) -> bool {
+        self.outcome == Some(Outcome::Transported)
+            && self.goal_position_error_m <= GOAL_POSITION_M
+            && self.goal_yaw_error_rad <= GOAL_YAW_RAD
+            && self.final_tilt_rad <= GOAL_TILT_RAD
+    }
+
+    /// Was the truth outside the belief's 99 % region by more than 3 mm?
+    pub fn confidently_wrong(&self) -> bool {
+        self.outside_99_m > CONFIDENTLY_WRONG_M
+    }
+
+    /// "transported", or why not.
+    pub fn outcome_text(&self) -> String {
+        match self.outcome {
+            Some(Outcome::Transported) if self.transported() => TRANSPORTED.to_owned(),
+            Some(Outcome::Transported) if self.final_tilt_rad > GOAL_TILT_RAD => "toppled".to_owned(),
+            Some(Outcome::Transported) => "misplaced".to_owned(),
+            Some(Outcome::Failed(FailureReason::NoPlan(reason))) => format!("no plan: {reason:?}"),
+            Some(Outcome::Failed(reason)) => format!("{reason:?}"),
+            Some(Outcome::Fault(reason)) => format!("fault: {reason:?}"),
+            None => "out of time".to_owned(),
+        }
+    }
+
+    /// 0 done, 3 the task failed, 4 fault.
+    pub fn exit_status(&self) -> u8 {
+        match self.outcome {
+            Some(Outcome::Fault(_)) => 4,
+            _ if self.transported() => 0,
+            _ => 3,
+        }
+    }
+}
+
+/// Independent streams of random numbers of one seed.
+#[derive(Clone, Copy, Debug)]
+pub enum Stream {
+    /// The true pose in a batch.
+    Truth = 11,
+    /// The guess.
+    Guess = 12,
+}
+
+/// A pose uniform over `centre +- half width`.
+pub fn draw_around(centre: &PlanarPose, half_width: &Interval, seed: u64, stream: Stream) -> PlanarPose {
+    let mut rng = Pcg32::seed_from_u64(seed ^ ((stream as u64) << 56));
+    // 24 bits fill an f32's mantissa: uniform over [-1, 1).
+    let mut unit = || (rng.next_u32() >> 8) as f32 / 8_388_608.0 - 1.0;
+    PlanarPose::new(
+        centre.x_m + half_width.x_m * unit(),
+        centre.y_m + half_width.y_m * unit(),
+        centre.phi_rad + half_width.phi_rad * unit(),
+    )
+}
+
+/// The guess of a seed: truth plus a uniform error.
+pub fn guess_around(truth: &PlanarPose, offset: &Interval, seed: u64) -> PlanarPose {
+    draw_around(truth, offset, seed, Stream::Guess)
+}
+
+/// Yaw of a body and how far it leans, radians.
+fn yaw_and_tilt(pose: &Isometry3<f32>) -> (f32, f32) {
+    let x = pose.rotation * Vector3::x();
+    let z = pose.rotation * Vector3::z();
+    (libm::atan2f(x.y, x.x), libm::acosf(z.z.clamp(-1.0, 1.0)))
+}
+
+/// The planar part of a body's pose.
+pub fn planar(pose: &Isometry3<f32>) -> PlanarPose {
+    PlanarPose::new(pose.translation.x, pose.translation.y, yaw_and_tilt(pose).0)
+}
+
+/// Distance by which `truth` lies outside the 99 % ellipse of (x, y) about `believed`, along the line between them.
+fn outside_99_m(believed: &PlanarPose, covariance: &[f32; 6], truth: &PlanarPose) -> f32 {
+    let off = Vector2::new(truth.x_m - believed.x_m, truth.y_m - believed.y_m);
+    // A component that is known exactly has no variance; 0.1 mm keeps the matrix invertible.
+    let floor = 1e-8;
+    let c = Matrix2::new(covariance[0] + floor, covariance[1], covariance[1], covariance[3] + floor);
+    let Some(inverse) = c.try_inverse() else { return 0.0 };
+    let squared = (off.transpose() * inverse * off)[(0, 0)];
+    if squared <= CHI_SQUARED_2_99 { 0.0 } else { off.norm() * (1.0 - libm::sqrtf(CHI_SQUARED_2_99 / squared)) }
+}
+
+/// Carries out a mission in a world of its own.
+///
+/// # Errors
+/// The scene cannot be simulated, or the simulation broke down: never the task's failure, which is a report.
+pub fn run(options: &MissionOptions, show: &mut dyn FnMut(&Progressed)) -> anyhow::Result<MissionReport> {
+    let started = Instant::now();
+    let scene = options.scenario.world_scene(&options.truth);
+    let mismatch = Mismatch::from_seed(options.seed);
+    let model = options.scenario.robot_model()?;
+    let world = World::with_model(&model, &scene, &mismatch, options.seed)?;
+    let half_extents_m = options.scenario.object.size_m.map(|s| s / 2.0);
+    let setup = Setup {
+        schema_version: SCHEMA_VERSION.to_le_bytes(),
+        shape: ObjectShape::Cuboid { half_extents_m },
+        guess: options.guess,
+        interval: options.interval,
+        displacement_m: options.scenario.displacement_m,
+        mass_kg: options.scenario.object.mass_kg,
+        trials_max: options.trials_max,
+    };
+    let mut host = Host::new(world, setup)?;
+    let end = host.run(show)?;
+    Ok(judge(options, &end, host.world(), setup.shape.yaw_symmetry_rad(), started))
+}
+
+fn judge(options: &MissionOptions, end: &HostEnd, world: &World, symmetry_rad: f32, started: Instant) -> MissionReport {
+    let pose = world.object_pose();
+    let (_, final_tilt_rad) = yaw_and_tilt(&pose);
+    let final_pose = planar(&pose);
+    let goal = options.scenario.goal(&options.truth);
+    let distance = |a: &PlanarPose, b: &PlanarPose| libm::hypotf(a.x_m - b.x_m, a.y_m - b.y_m);
+    let yaw = |a: &PlanarPose, b: &PlanarPose| wrap(a.phi_rad - b.phi_rad, symmetry_rad).abs();
+    MissionReport {
+        outcome: end.outcome,
+        digest: end.digest,
+        believed: end.believed,
+        covariance: end.covariance,
+        position_error_m: distance(&end.believed, &end.truth_then),
+        yaw_error_rad: yaw(&end.believed, &end.truth_then),
+        outside_99_m: outside_99_m(&end.believed, &end.covariance, &end.truth_then),
+        final_pose,
+        final_z_m: pose.translation.z,
+        final_tilt_rad,
+        goal_position_error_m: distance(&final_pose, &goal),
+        goal_yaw_error_rad: yaw(&final_pose, &goal),
+        trials: end.trials,
+        evaluations: end.evaluations,
+        update_times_s: end.update_times_s.clone(),
+        sim_time_s: f64::from(end.ticks) * f64::from(TICK_US) * 1e-6,
+        wall_time_s: started.elapsed().as_secs_f64(),
+        bus_frames: end.bus_frames,
+        bus_load_max: end.bus_load_max,
+        bus_lost: end.bus_lost,
+        deadline_misses: end.deadline_misses,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_truth_inside_the_region_is_not_outside_and_one_far_off_is_by_the_difference() {
+        let believed = PlanarPose::new(0.2, -0.1, 0.0);
+        let covariance = [1e-6, 0.0, 0.0, 1e-6, 0.0, 1e-4];
+        assert_eq!(outside_99_m(&believed, &covariance, &PlanarPose::new(0.202, -0.1, 0.0)), 0.0);
+        let far = outside_99_m(&believed, &covariance, &PlanarPose::new(0.21, -0.1, 0.0));
+        assert!((far - (0.010 - 0.00305)).abs() < 1e-4, "{far}");
+    }
+
+    #[test]
+    fn draws_stay_within_their_interval_and_repeat_by_seed() {
+        let width = Interval { x_m: 0.05, y_m: 0.02, phi_rad: 0.35 };
+        let centre = PlanarPose::new(0.2, -0.1, 0.1);
+        for seed in 0..500 {
+            let p = guess_around(&centre, &width, seed);
+            assert!((p.x_m - 0.2).abs() <= 0.05 && (p.y_m + 0.1).abs() <= 0.02 && (p.phi_rad - 0.1).abs() <= 0.35);
+            assert_eq!(p, guess_around(&centre, &width, seed));
+        }
+    }
+}
