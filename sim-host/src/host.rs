@@ -1,5 +1,6 @@
 //! The world's end of the wire, in lockstep: sensors out, command in, one tick on; plans and rollouts in between.
 
+use crate::hooks::{Hooks, To};
 use crate::mental;
 use crate::mission::{Progressed, planar};
 use crate::plan::{ObjectEstimate, PlanQuery, PlanRefusal, Planner, PlannerConfig, Purpose as PlanPurpose};
@@ -10,13 +11,13 @@ use tactus_common::cyphal::{Header, NodeId, Priority, Sender, Session, SubjectId
 use tactus_common::limits::{PAYLOAD_BYTES_MAX, SILENCE_TICKS_MAX, TICK_S};
 use tactus_common::link::{self, SMALL_BYTES};
 use tactus_common::message::{
-    Command, Event, EventKind, Message, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, RefusalReason, RolloutRequest,
-    RolloutResult, SensorFrame, Setup, TactileSlice, node,
+    Command, Event, EventKind, Message, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, RefusalReason,
+    RolloutRequest, RolloutResult, SensorFrame, Setup, TactileSlice, node,
 };
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::JointCommands;
-use tactus_common::robot::{arm, source};
 use tactus_common::robot::hand::HandAngles;
+use tactus_common::robot::{arm, source};
 use tactus_controller::node::Node;
 use tactus_hil::bus::Bus;
 use tactus_hil::virtual_bus::{VirtualBus, VirtualBusConfig};
@@ -117,6 +118,7 @@ pub struct Host {
     sender: Sender<5>,
     subscriptions: Subscriptions,
     drives: Drives,
+    hooks: Hooks,
     end: HostEnd,
 }
 
@@ -162,8 +164,17 @@ impl Host {
                 event: Session::new(subject::<Event>(), controller, 1),
             },
             drives: Drives { last: JointCommands::idle(0), missed: 0, missed_in_all: 0 },
+            hooks: Hooks::NONE,
             end: HostEnd::default(),
         })
+    }
+
+    /// With someone at the wire; before [`Host::run`].
+    #[must_use]
+    pub fn with_hooks(mut self, hooks: Hooks) -> Self {
+        self.bus = VirtualBus::new(2, VirtualBusConfig { faults: hooks.faults, ..VirtualBusConfig::FD });
+        self.hooks = hooks;
+        self
     }
 
     /// The world.
@@ -239,7 +250,9 @@ impl Host {
         let mut said: Vec<CanFrame> = Vec::new();
         let mut ticked = false;
         while let Some(received) = self.bus.endpoint(CONTROLLER).receive() {
-            ticked |= self.node.receive(&received.frame, &mut |frame| said.push(frame));
+            for frame in self.hooks.pass(self.world.now(), To::Controller, received.frame) {
+                ticked |= self.node.receive(&frame, &mut |frame| said.push(frame));
+            }
         }
         if !ticked {
             // The period is over and no sensor message has come.
@@ -258,9 +271,13 @@ impl Host {
     fn listen(&mut self, tick: u32) -> anyhow::Result<Heard> {
         let mut heard = Heard::default();
         let now = u64::from(tick);
+        let mut frames = Vec::new();
         while let Some(received) = self.bus.endpoint(WORLD).receive() {
-            let Ok(header) = Header::parse(received.frame.id()) else { continue };
-            let data = received.frame.data();
+            frames.extend(self.hooks.pass(tick, To::World, received.frame));
+        }
+        for frame in &frames {
+            let Ok(header) = Header::parse(frame.id()) else { continue };
+            let data = frame.data();
             let s = &mut self.subscriptions;
             if let Ok(Some(t)) = s.command.accept(&header, data, now) {
                 heard.command = link::decode::<Command>(t.payload)?.unpack();
