@@ -286,7 +286,7 @@ pub struct RolloutResult {
     pub request: u16,
     /// Per finger: inner-link angle at first contact, radians, if it touches at all.
     pub onset_inner_rad: [Option<f32>; FINGERS],
-    /// Contact bits of the nine hand links at [`ROLLOUT_INSTANTS`] equally spaced instants of the closing.
+    /// Contact bits of the nine hand links at [`ROLLOUT_INSTANTS`] equally spaced instants of [`ROLLOUT_TICKS`].
     pub contacts: [u16; ROLLOUT_INSTANTS],
 }
 
@@ -415,11 +415,14 @@ pub struct RolloutRequest {
     pub pose: PlanarPose,
     /// Arm joint angles during the touch, radians.
     pub arm_q_rad: [f32; ARM_JOINTS],
-    /// Finger angles before closing.
+    /// Finger angles from which to close.
     pub preshape: Preshape,
-    /// Which fingers close (bit 0 = F1).
-    pub closing: u8,
+    /// Closing speed of each finger's inner link, rad/s; 0 = does not close.
+    pub closing_rad_s: [f32; FINGERS],
 }
+
+/// Ticks of closing that a rollout foretells: 0.6 s.
+pub const ROLLOUT_TICKS: u32 = 300;
 
 /// Phase of the mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, Schema)]

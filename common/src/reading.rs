@@ -26,6 +26,14 @@ pub struct JointReadings {
     pub valid: Validity,
 }
 
+impl JointReadings {
+    /// `true` if every value is a finite number.
+    pub fn is_finite(&self) -> bool {
+        let joints = self.arm_q_rad.iter().chain(&self.motor_q_rad).chain(&self.inner_q_rad);
+        joints.chain(&self.effort_nm).chain(&self.tip_torque_nm).all(|v| v.is_finite())
+    }
+}
+
 /// Which readings of a tick were measured: bits 0-6 arm, 7-10 motors, 11-13 inner links, 14-17 efforts, 18-20 tips.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Validity(pub u32);

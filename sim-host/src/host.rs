@@ -1,23 +1,23 @@
 //! The world's end of the wire, in lockstep: sensors out, command in, one tick on; plans and rollouts in between.
 
 use crate::hooks::{Hooks, To};
-use crate::mental;
+use crate::mental::{Closing, MentalModel, RolloutInput};
 use crate::mission::{Progressed, planar};
 use crate::plan::{ObjectEstimate, PlanQuery, PlanRefusal, Planner, PlannerConfig, Purpose as PlanPurpose};
-use crate::world::World;
+use crate::world::{HandStart, World};
 use std::time::Instant;
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::cyphal::{Header, NodeId, Priority, Sender, Session, SubjectId, received_bytes};
-use tactus_common::limits::{PAYLOAD_BYTES_MAX, SILENCE_TICKS_MAX, TICK_S};
+use tactus_common::limits::{FINGERS, PAYLOAD_BYTES_MAX, SILENCE_TICKS_MAX};
 use tactus_common::link::{self, SMALL_BYTES};
 use tactus_common::message::{
-    Command, Event, EventKind, Message, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, RefusalReason,
-    RolloutRequest, RolloutResult, SensorFrame, Setup, TactileSlice, node,
+    Command, Event, EventKind, Message, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, ROLLOUT_TICKS,
+    RefusalReason, RolloutRequest, RolloutResult, SensorFrame, Setup, Status, TactileSlice, node,
 };
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::JointCommands;
+use tactus_common::robot::{FINGER_LIMIT, arm, source};
 use tactus_common::robot::hand::HandAngles;
-use tactus_common::robot::{arm, source};
 use tactus_controller::node::Node;
 use tactus_hil::bus::Bus;
 use tactus_hil::virtual_bus::{VirtualBus, VirtualBusConfig};
@@ -52,8 +52,8 @@ pub struct HostEnd {
     pub trials: u32,
     /// Error evaluations.
     pub evaluations: u32,
-    /// Wall time of the controller while it updated its belief, seconds.
-    pub update_time_s: f64,
+    /// Wall time of the controller's ticks in each update of its belief, seconds.
+    pub update_times_s: Vec<f64>,
     /// Ticks.
     pub ticks: u32,
     /// Frames on the bus.
@@ -72,6 +72,7 @@ struct Subscriptions {
     plan: Session<SMALL_RX_BYTES>,
     rollout: Session<SMALL_RX_BYTES>,
     event: Session<SMALL_RX_BYTES>,
+    status: Session<SMALL_RX_BYTES>,
 }
 
 /// What came from the controller in answer to one tick.
@@ -81,6 +82,7 @@ struct Heard {
     plan: Option<PlanRequest>,
     rollout: Option<RolloutRequest>,
     events: Vec<Event>,
+    status: Option<Status>,
 }
 
 /// What the drives do with commands, and without: as motor controllers do, they go on with the last one for a
@@ -112,6 +114,7 @@ impl Drives {
 pub struct Host {
     world: World,
     planner: Planner,
+    mental: MentalModel,
     setup: Setup,
     bus: VirtualBus,
     node: Node,
@@ -119,6 +122,8 @@ pub struct Host {
     subscriptions: Subscriptions,
     drives: Drives,
     hooks: Hooks,
+    /// Wall time of the update under way, seconds.
+    updating_s: f64,
     end: HostEnd,
 }
 
@@ -144,6 +149,7 @@ impl Host {
         Ok(Self {
             world,
             planner: Planner::new(&urdf_rs::read_from_string(source::URDF)?, PlannerConfig::default())?,
+            mental: MentalModel::new()?,
             setup,
             bus: VirtualBus::new(2, VirtualBusConfig::FD),
             node: Node::new(Mtu::Fd),
@@ -162,9 +168,11 @@ impl Host {
                 plan: Session::new(subject::<PlanRequest>(), controller, 15),
                 rollout: Session::new(subject::<RolloutRequest>(), controller, 15),
                 event: Session::new(subject::<Event>(), controller, 1),
+                status: Session::new(subject::<Status>(), controller, 500),
             },
             drives: Drives { last: JointCommands::idle(0), missed: 0, missed_in_all: 0 },
             hooks: Hooks::NONE,
+            updating_s: 0.0,
             end: HostEnd::default(),
         })
     }
@@ -194,7 +202,10 @@ impl Host {
             let heard = self.exchange(tick)?;
             for event in &heard.events {
                 self.note(event);
-                show(&Progressed { time_s: event.tick as f32 * TICK_S, kind: event.kind });
+                show(&Progressed::Event(*event));
+            }
+            if let Some(status) = heard.status {
+                show(&Progressed::Status(status));
             }
             if self.end.outcome.is_some() {
                 let left = *rest.get_or_insert(REST_TICKS);
@@ -208,7 +219,7 @@ impl Host {
                 self.send(&answer)?;
             }
             if let Some(request) = &heard.rollout {
-                let answer = self.rollout(request, tick + 1)?;
+                let answer = self.rollout(request, tick + 1);
                 self.send(&answer)?;
             }
             let commands = self.drives.follow(heard.command, tick);
@@ -259,7 +270,7 @@ impl Host {
             self.node.silent_tick(&mut |frame| said.push(frame));
         }
         if updating {
-            self.end.update_time_s += started.elapsed().as_secs_f64();
+            self.updating_s += started.elapsed().as_secs_f64();
         }
         for frame in said {
             self.bus.endpoint(CONTROLLER).send(frame)?;
@@ -288,6 +299,9 @@ impl Host {
             if let Ok(Some(t)) = s.rollout.accept(&header, data, now) {
                 heard.rollout = Some(link::decode(t.payload)?);
             }
+            if let Ok(Some(t)) = s.status.accept(&header, data, now) {
+                heard.status = Some(link::decode(t.payload)?);
+            }
             if let Ok(Some(t)) = s.event.accept(&header, data, now) {
                 heard.events.push(link::decode(t.payload)?);
             }
@@ -310,6 +324,7 @@ impl Host {
         match event.kind {
             EventKind::Touch { .. } => self.end.trials += 1,
             EventKind::Updated { belief, covariance, evaluations, .. } => {
+                self.end.update_times_s.push(std::mem::take(&mut self.updating_s));
                 self.end.evaluations += u32::from(evaluations);
                 self.end.believed = belief;
                 self.end.covariance = covariance;
@@ -355,9 +370,34 @@ impl Host {
         PlanAnswer { effective, request: request.request, result }
     }
 
-    /// Asks the mental world.
-    fn rollout(&self, request: &RolloutRequest, effective: u32) -> anyhow::Result<RolloutResult> {
-        mental::answer(request, &self.setup.shape, effective)
+    /// Asks the mental world. A pose that it cannot roll out (off the table, say) is answered as one at which nothing
+    /// would be felt.
+    fn rollout(&self, request: &RolloutRequest, effective: u32) -> RolloutResult {
+        let input = RolloutInput {
+            world_from_hand: arm::hand_pose(&request.arm_q_rad),
+            start: HandStart { inner_rad: request.preshape.inner_rad, spread_rad: request.preshape.spread_rad },
+            closing: Closing::Together,
+            speed_rad_s: request.closing_rad_s,
+            stop_at_rad: FINGER_LIMIT.upper_rad,
+            ticks: ROLLOUT_TICKS,
+            object: request.pose,
+            half_extents_m: self.setup.shape.half_extents_m(),
+        };
+        let mut result = RolloutResult {
+            effective,
+            request: request.request,
+            onset_inner_rad: [None; FINGERS],
+            contacts: [0; ROLLOUT_INSTANTS],
+        };
+        if let Ok(foretold) = self.mental.rollout(&input) {
+            result.onset_inner_rad = foretold.onset_rad;
+            for (i, bits) in result.contacts.iter_mut().enumerate() {
+                // A rollout that ends early stays as it ended.
+                let at = (i + 1) * ROLLOUT_TICKS as usize / ROLLOUT_INSTANTS - 1;
+                *bits = foretold.samples.get(at).or(foretold.samples.last()).map_or(0, |s| s.contacts);
+            }
+        }
+        result
     }
 }
 

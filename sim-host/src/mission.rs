@@ -9,7 +9,7 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::time::Instant;
 use tactus_common::limits::TICK_US;
-use tactus_common::message::{EventKind, FailureReason, Outcome, SCHEMA_VERSION, Setup};
+use tactus_common::message::{Event, FailureReason, Outcome, SCHEMA_VERSION, Setup, Status};
 use tactus_common::pose::{Interval, PlanarPose, wrap};
 use tactus_common::shape::ObjectShape;
 
@@ -44,13 +44,13 @@ pub struct MissionOptions {
     pub trials_max: u8,
 }
 
-/// An event with its time in the run.
+/// What a run shows of itself while it goes on.
 #[derive(Clone, Copy, Debug)]
-pub struct Progressed {
-    /// Seconds of robot time.
-    pub time_s: f32,
-    /// What happened.
-    pub kind: EventKind,
+pub enum Progressed {
+    /// Something happened.
+    Event(Event),
+    /// What the controller thinks, ten times a second.
+    Status(Status),
 }
 
 /// What came of it.
@@ -84,8 +84,8 @@ pub struct MissionReport {
     pub trials: u32,
     /// Error evaluations of all updates.
     pub evaluations: u32,
-    /// Wall time in the controller's updates, seconds.
-    pub update_time_s: f64,
+    /// Wall time of the controller's ticks in each update of its belief, seconds.
+    pub update_times_s: Vec<f64>,
     /// Robot time, seconds.
     pub sim_time_s: f64,
     /// Wall time, seconds.
@@ -104,6 +104,11 @@ impl MissionReport {
     /// Standard deviations of the belief: x, y (metres), phi (radians).
     pub fn believed_sd(&self) -> [f32; 3] {
         [0, 3, 5].map(|i| libm::sqrtf(self.covariance[i].max(0.0)))
+    }
+
+    /// Wall time of all updates, seconds.
+    pub fn update_time_s(&self) -> f64 {
+        self.update_times_s.iter().sum()
     }
 
     /// Does the object stand at its goal, and did the controller put it there?
@@ -250,7 +255,7 @@ fn judge(options: &MissionOptions, end: &HostEnd, world: &World, symmetry_rad: f
         goal_yaw_error_rad: yaw(&final_pose, &goal),
         trials: end.trials,
         evaluations: end.evaluations,
-        update_time_s: end.update_time_s,
+        update_times_s: end.update_times_s.clone(),
         sim_time_s: f64::from(end.ticks) * f64::from(TICK_US) * 1e-6,
         wall_time_s: started.elapsed().as_secs_f64(),
         bus_frames: end.bus_frames,

@@ -6,6 +6,7 @@ use anyhow::Context;
 use serde::Deserialize;
 use std::path::Path;
 use tactus_common::pose::PlanarPose;
+use tactus_common::robot::source;
 
 /// The built-in scene: the thesis's box (Nikandrova 2011) on its table.
 const THESIS_BOX: &str = include_str!("../scenarios/thesis_box.toml");
@@ -63,7 +64,12 @@ impl Scenario {
     /// The file cannot be read, is not such TOML, or holds values that make no sense; the message names file and field.
     pub fn load(path: &Path) -> anyhow::Result<Self> {
         let text = std::fs::read_to_string(path).with_context(|| format!("--scenario {}", path.display()))?;
-        Self::parse(&text).with_context(|| format!("--scenario {}", path.display()))
+        let mut scenario = Self::parse(&text).with_context(|| format!("--scenario {}", path.display()))?;
+        // A path in a scene is meant from where the scene is.
+        if let (Some(urdf), Some(folder)) = (&mut scenario.robot_urdf, path.parent()) {
+            *urdf = folder.join(&urdf);
+        }
+        Ok(scenario)
     }
 
     fn parse(text: &str) -> anyhow::Result<Self> {
@@ -124,7 +130,11 @@ impl Scenario {
     /// # Errors
     /// The file cannot be read or is not a robot that the world can build; the message names it.
     pub fn robot_model(&self) -> anyhow::Result<RobotModel> {
-        Ok(RobotModel::shipped()?)
+        let Some(path) = &self.robot_urdf else { return Ok(RobotModel::shipped()?) };
+        let named = || format!("robot_urdf {}", path.display());
+        let urdf = std::fs::read_to_string(path).with_context(named)?;
+        let mesh = |name: &str| source::mesh(name).map(str::to_owned);
+        RobotModel::parse(&urdf, source::TOML, mesh).with_context(named)
     }
 
     /// Refuses a pose whose centre is not over the table.

@@ -14,26 +14,31 @@ const VELOCITY_FILTER: f32 = 0.35;
 /// The position law's state: the velocity estimate.
 #[derive(Clone, Copy, Debug)]
 pub struct JointControl {
-    q_before_rad: Option<[f32; ARM_JOINTS]>,
+    before: Option<(u32, [f32; ARM_JOINTS])>,
     qd_rad_s: [f32; ARM_JOINTS],
 }
 
 impl Default for JointControl {
     fn default() -> Self {
-        Self { q_before_rad: None, qd_rad_s: [0.0; ARM_JOINTS] }
+        Self { before: None, qd_rad_s: [0.0; ARM_JOINTS] }
     }
 }
 
 impl JointControl {
-    /// Takes the newest joint angles; call once a tick.
-    pub fn observe(&mut self, q_rad: &[f32; ARM_JOINTS]) {
-        if let Some(before) = self.q_before_rad {
+    /// Takes the joint angles measured at `tick`; ticks for which none came are counted in, so that a gap does not look
+    /// like speed. Angles of a tick that is not newer are passed over.
+    pub fn observe(&mut self, tick: u32, q_rad: &[f32; ARM_JOINTS]) {
+        if let Some((tick_before, q_before_rad)) = self.before {
+            let ticks = tick.saturating_sub(tick_before);
+            if ticks == 0 {
+                return;
+            }
             for j in 0..ARM_JOINTS {
-                let newest = (q_rad[j] - before[j]) / TICK_S;
+                let newest = (q_rad[j] - q_before_rad[j]) / (ticks as f32 * TICK_S);
                 self.qd_rad_s[j] += VELOCITY_FILTER * (newest - self.qd_rad_s[j]);
             }
         }
-        self.q_before_rad = Some(*q_rad);
+        self.before = Some((tick, *q_rad));
     }
 
     /// Filtered joint velocities, rad/s.
@@ -56,3 +61,6 @@ impl JointControl {
         tau_nm
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -8,9 +8,9 @@ use crate::supervisor::{Mode, Supervisor};
 use heapless::Vec;
 use tactus_common::limits::{HAND_MOTORS, PADS};
 use tactus_common::message::{
-    Event, EventKind, FaultReason, Outcome, Phase, PlanAnswer, PlanRequest, RolloutRequest, RolloutResult, Setup, Status,
+    Event, EventKind, Outcome, Phase, PlanAnswer, PlanRequest, RolloutRequest, RolloutResult, Setup, Status,
 };
-use tactus_common::reading::{HandCommand, JointCommands, JointReadings, TactileImage};
+use tactus_common::reading::{HandCommand, JointCommands, JointReadings, TactileImage, Validity};
 
 /// Ticks between two status messages: 10 Hz.
 const STATUS_PERIOD_TICKS: u32 = 50;
@@ -48,7 +48,7 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    fn idle(tick: u32) -> Self {
+    pub(crate) fn idle(tick: u32) -> Self {
         Self {
             commands: JointCommands::idle(tick),
             plan_request: None,
@@ -74,6 +74,7 @@ pub struct Controller {
     mission: Mission,
     last_good: Option<JointReadings>,
     hand: HandHold,
+    held: bool,
     reported: bool,
 }
 
@@ -104,21 +105,26 @@ impl Controller {
     /// One tick of 2 ms. `now` is the tick of the readings, or the caller's count where none came.
     pub fn tick(&mut self, now: u32, inputs: &Inputs) -> Outputs {
         let mut out = Outputs::idle(now);
+        // A new mission finds the controller as if it had just been started.
+        if inputs.setup.is_some() {
+            *self = Self::default();
+        }
         // Look.
-        let measured = inputs.readings.filter(|r| r.valid.arm() && r.valid.hand());
+        let readings = inputs.readings.map(admit);
+        let measured = readings.filter(|r| r.valid.arm() && r.valid.hand());
         if let Some(readings) = &measured {
-            self.control.observe(&readings.arm_q_rad);
+            self.control.observe(readings.tick, &readings.arm_q_rad);
             self.last_good = Some(*readings);
         }
         let felt = match &measured {
             Some(readings) => self.onset.feel(readings, &inputs.images),
             None => Felt::default(),
         };
-        let mission_fault = self.take_setup(inputs.setup).err();
+        let mission_fault = inputs.setup.and_then(|setup| self.mission.begin(setup).err());
         // Decide.
         let q_ref_rad = self.executor.as_ref().map(|e| e.reference().q_rad);
         let mode = self.supervisor.assess(
-            inputs.readings.as_ref(),
+            readings.as_ref(),
             self.control.velocity_rad_s(),
             q_ref_rad.as_ref(),
             mission_fault.or(self.mission.fault()),
@@ -139,15 +145,6 @@ impl Controller {
         }
         self.report(now, &mut out);
         out
-    }
-
-    /// Starts a mission; a new one resets what an old one left.
-    fn take_setup(&mut self, setup: Option<&Setup>) -> Result<(), FaultReason> {
-        let Some(setup) = setup else { return Ok(()) };
-        self.supervisor = Supervisor::default();
-        self.reported = false;
-        self.executor = None;
-        self.mission.begin(setup)
     }
 
     /// The mission's step.
@@ -171,7 +168,8 @@ impl Controller {
     /// The safe state with known angles: the arm where it is, fingers still.
     fn hold(&mut self, readings: &JointReadings) {
         let executor = self.executor.get_or_insert_with(|| Executor::holding(readings.arm_q_rad));
-        if !self.reported {
+        if !self.held {
+            self.held = true;
             executor.hold(readings.arm_q_rad);
         }
         // A finger that presses with a wanted torque goes on doing so: letting go would drop the object.
@@ -205,3 +203,11 @@ impl Controller {
         }
     }
 }
+
+/// Readings with a value that is not a finite number count as not measured: beyond this point every value is finite.
+fn admit(readings: JointReadings) -> JointReadings {
+    if readings.is_finite() { readings } else { JointReadings { valid: Validity::NONE, ..readings } }
+}
+
+#[cfg(test)]
+mod tests;

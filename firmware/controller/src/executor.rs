@@ -18,6 +18,8 @@ const RETURN_CHECKS: u8 = 32;
 const RETURN_MARGIN: f32 = 0.85;
 /// A trajectory may start at most this far from the reference that is held, radians.
 const START_TOLERANCE_RAD: f32 = 5e-3;
+/// Speed (rad/s) and acceleration (rad/s^2) that count as rest.
+const REST_MAX: f32 = 1e-3;
 
 /// The arm standing still at `q_rad`.
 pub fn still(q_rad: [f32; ARM_JOINTS]) -> Sample {
@@ -36,6 +38,11 @@ pub enum LoadError {
     },
     /// The trajectory itself is not sound.
     Unsound(TrajectoryError),
+    /// It does not rest where the arm stands still: at knot `knot`, the first or the one where the guarded part begins.
+    NoRest {
+        /// Knot index.
+        knot: u8,
+    },
 }
 
 /// What the executor is doing.
@@ -98,6 +105,9 @@ impl Executor {
 
     /// Forgets any trajectory and holds `q_rad`.
     pub fn hold(&mut self, q_rad: [f32; ARM_JOINTS]) {
+        self.trajectory.knots.clear();
+        self.guard_s = f32::INFINITY;
+        self.path_s = 0.0;
         self.motion = Motion::Holding;
         self.rate = 0.0;
         self.reference = still(q_rad);
@@ -112,6 +122,7 @@ impl Executor {
             return Err(LoadError::Busy);
         }
         trajectory.check(&ARM_LIMITS).map_err(LoadError::Unsound)?;
+        check_rests(trajectory)?;
         let first = trajectory.sample(0.0).ok_or(LoadError::Unsound(TrajectoryError::Empty))?;
         for joint in 0..ARM_JOINTS {
             if (first.q_rad[joint] - self.reference.q_rad[joint]).abs() > START_TOLERANCE_RAD {
@@ -134,7 +145,8 @@ impl Executor {
         }
     }
 
-    /// Stops within 20 ms of path time.
+    /// Stops within 20 ms (from a way back at rate 3: within 60 ms). The way back from there leads to the beginning of
+    /// the guarded part, or of the trajectory if that was not reached.
     pub fn stop(&mut self) {
         if !matches!(self.motion, Motion::Holding | Motion::AtGuard) {
             self.motion = Motion::Stopping;
@@ -195,11 +207,13 @@ impl Executor {
                 self.reference.qdd_rad_s2[j] =
                     sample.qdd_rad_s2[j] * self.rate * self.rate + sample.qd_rad_s[j] * rate_dot;
             }
+        } else {
+            self.rate = 0.0;
         }
         self.reference
     }
 
-    /// Ends the motion where its path ends.
+    /// Ends the motion where its path ends; the next one begins from rate 0.
     fn arrive(&mut self) {
         let end_s = self.trajectory.duration();
         let start_s = if self.guard_s.is_finite() { self.guard_s } else { 0.0 };
@@ -212,7 +226,13 @@ impl Executor {
                 self.path_s = end_s;
                 self.motion = Motion::Holding;
             }
-            Motion::Stopping if self.rate <= 0.0 => self.motion = Motion::Holding,
+            // The rate reaches 0 exactly, from either side: its last step is cut to what is left.
+            Motion::Stopping if self.rate == 0.0 => {
+                if self.path_s < self.guard_s {
+                    self.guard_s = f32::INFINITY;
+                }
+                self.motion = Motion::Holding;
+            }
             Motion::Returning if self.path_s <= start_s => {
                 self.path_s = start_s;
                 self.motion = Motion::Holding;
@@ -226,3 +246,19 @@ impl Executor {
         }
     }
 }
+
+/// The reference stands still before the start and where the guarded part begins: a trajectory that moves there would
+/// make it jump in velocity.
+fn check_rests(trajectory: &Trajectory) -> Result<(), LoadError> {
+    let guard = trajectory.guarded_from_s().map_or(0, |_| trajectory.guarded_from);
+    for index in [0, guard] {
+        let Some(knot) = trajectory.knots.get(usize::from(index)) else { continue };
+        if knot.qd_rad_s.iter().chain(&knot.qdd_rad_s2).any(|v| v.abs() > REST_MAX) {
+            return Err(LoadError::NoRest { knot: index });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

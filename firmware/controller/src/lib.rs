@@ -23,5 +23,7 @@ pub mod onset;
 pub mod optimise;
 pub mod predict;
 pub mod supervisor;
+#[cfg(test)]
+mod testing;
 pub mod touch;
 pub mod update;

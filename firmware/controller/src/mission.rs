@@ -7,6 +7,7 @@ mod carry;
 mod grasp;
 mod grip;
 mod hand;
+mod recover;
 mod trial;
 
 use crate::belief::{Belief, Prior, Readiness, Tolerance};
@@ -18,6 +19,7 @@ use crate::touch::{Chooser, RankedTouches, TouchHistory, TouchPlan};
 use crate::update::{Progress, Update, UpdateConfig};
 use carry::{Carry, CarryEnd};
 use grasp::{Grasp, GraspEnd, grasp_plan};
+use recover::{Recover, RecoverEnd};
 use tactus_common::limits::{ARM_JOINTS, FINGERS, HAND_MOTORS, PADS};
 use tactus_common::message::{
     EventKind, FailureReason, FaultReason, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, RefusalReason,
@@ -26,7 +28,7 @@ use tactus_common::message::{
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::{HandCommand, JointReadings, TactileImage};
 use tactus_common::trajectory::Trajectory;
-use trial::{Felled, Trial};
+use trial::{Trial, TrialEnd};
 
 /// Error evaluations in one tick.
 const EVALUATIONS_PER_TICK: u16 = 2;
@@ -36,6 +38,13 @@ const ANSWER_TICKS_MAX: u32 = 5_000;
 const LAST_RESORT: Tolerance = Tolerance { position_m: 0.015, yaw_rad: 0.12 };
 /// Difference between foretold and felt inner-link angle at onset that still confirms the belief, radians (about 3 mm).
 const CONFIRM_RAD: f32 = 0.03;
+/// The foretold closing begins this much before the angle at which something was felt, radians: half of what 0.6 s
+/// of closing sweep.
+const CONFIRM_RUN_UP_RAD: f32 = 0.1;
+/// Lengths (metres) and angles (radians) of a set-up beyond this make no sense on a table.
+const SETUP_MAX: f32 = 10.0;
+/// Times that the object may be lost and searched for anew.
+const LOSSES_MAX: u8 = 1;
 /// Grasps that may fail before the mission gives up.
 const GRASPS_MAX: u8 = 3;
 
@@ -62,6 +71,8 @@ pub struct Tools<'a> {
 }
 
 /// What the mission is doing, with what it needs for it.
+// Without a heap the largest state sets the size of all: no variant can be put behind a pointer.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, Default)]
 enum Doing {
     /// Nothing to do yet.
@@ -87,6 +98,13 @@ enum Doing {
         waited: u32,
     },
     Carrying(Carry),
+    /// The object was lost: stops and opens.
+    Recovering(Recover),
+    /// Waits for the way up, then goes it.
+    AskingRetreat {
+        waited: u32,
+    },
+    Retreating,
     Over,
 }
 
@@ -106,6 +124,18 @@ struct Knowledge {
     belief: Belief,
     store: EvidenceStore,
     history: TouchHistory,
+    /// Where the object is to stand, once it has been grasped for the first time.
+    goal: Option<PlanarPose>,
+}
+
+impl Knowledge {
+    /// Displacement of the object that remains, metres.
+    fn displacement_m(&self) -> [f32; 2] {
+        match self.goal {
+            None => self.setup.displacement_m,
+            Some(goal) => [goal.x_m - self.belief.pose().x_m, goal.y_m - self.belief.pose().y_m],
+        }
+    }
 }
 
 /// The mission's state machine.
@@ -118,8 +148,10 @@ pub struct Mission {
     touches: u8,
     grasps: u8,
     losses: u8,
+    yaw_in_hand_rad: f32,
     inconsistent: u8,
     requests: u16,
+    asked: Option<Purpose>,
     payload_kg: f32,
     outcome: Option<Outcome>,
     fault: Option<FaultReason>,
@@ -145,12 +177,13 @@ impl Mission {
         if u64::from_le_bytes(setup.schema_version) != SCHEMA_VERSION {
             return Err(FaultReason::SchemaMismatch);
         }
-        let widths = setup.interval.to_array();
+        // Comparisons with a NaN are false.
+        let near = |v: &f32| v.abs() <= SETUP_MAX;
         let sound = setup.shape.is_valid()
-            && setup.guess.is_finite()
-            && widths.iter().all(|w| w.is_finite() && *w >= 0.0)
-            && setup.displacement_m.iter().all(|d| d.is_finite())
-            && setup.mass_kg.is_finite()
+            && setup.shape.half_extents_m().iter().all(near)
+            && setup.guess.to_array().iter().all(near)
+            && setup.interval.to_array().iter().all(|w| *w >= 0.0 && near(w))
+            && setup.displacement_m.iter().all(near)
             && (0.0..=10.0).contains(&setup.mass_kg)
             && setup.trials_max > 0;
         if !sound {
@@ -163,6 +196,7 @@ impl Mission {
             belief: Belief::from_prior(&prior),
             store: EvidenceStore::new(setup.shape.top_height_m()),
             history: TouchHistory::default(),
+            goal: None,
         });
         Ok(())
     }
@@ -234,8 +268,8 @@ impl Mission {
                 }
             },
             Doing::Touching(mut trial) => match trial.step(know, tools) {
-                Felled::NotYet => Doing::Touching(trial),
-                Felled::Over { arm_q_rad, onset_inner_rad } => {
+                TrialEnd::NotYet => Doing::Touching(trial),
+                TrialEnd::Over { arm_q_rad, onset_inner_rad } => {
                     self.last = LastTouch { arm_q_rad, plan: Some(*trial.plan()), onset_inner_rad };
                     self.begin_update(know)
                 }
@@ -264,10 +298,18 @@ impl Mission {
                 GraspEnd::NotYet => Doing::Grasping(grasp),
                 GraspEnd::Held(preshape) => {
                     self.payload_kg = 0.0;
+                    let displacement_m = know.displacement_m();
+                    let believed = know.belief.pose();
+                    know.goal.get_or_insert(PlanarPose::new(
+                        believed.x_m + displacement_m[0],
+                        believed.y_m + displacement_m[1],
+                        believed.phi_rad,
+                    ));
+                    self.yaw_in_hand_rad = recover::hand_yaw_rad(tools) - believed.phi_rad;
                     let request = self.request(Purpose::Transport, know, tools);
                     tools.out.plan_request = Some(PlanRequest {
                         preshape,
-                        displacement_m: know.setup.displacement_m,
+                        displacement_m,
                         ..request
                     });
                     Doing::AskingTransport { waited: 0 }
@@ -298,9 +340,32 @@ impl Mission {
                         self.outcome = Some(Outcome::Transported);
                         Doing::Over
                     }
-                    CarryEnd::Lost => self.fail(FailureReason::ObjectLost),
+                    CarryEnd::Lost => {
+                        self.payload_kg = 0.0;
+                        self.losses += 1;
+                        Doing::Recovering(Recover::default())
+                    }
                 }
             }
+            Doing::Recovering(mut recover) => match recover.step(tools) {
+                RecoverEnd::NotYet => Doing::Recovering(recover),
+                RecoverEnd::Open if self.losses > LOSSES_MAX => self.fail(FailureReason::ObjectLost),
+                RecoverEnd::Open => {
+                    let request = self.request(Purpose::Retreat, know, tools);
+                    tools.out.plan_request = Some(request);
+                    Doing::AskingRetreat { waited: 0 }
+                }
+            },
+            Doing::AskingRetreat { waited } => match self.answer(waited, tools) {
+                Answer::Waiting => Doing::AskingRetreat { waited: waited + 1 },
+                Answer::Accepted => Doing::Retreating,
+                Answer::Refused(_) => self.fail(FailureReason::ObjectLost),
+            },
+            Doing::Retreating if tools.executor.at_end() => {
+                self.search_anew(know, tools);
+                self.choose(know)
+            }
+            Doing::Retreating => Doing::Retreating,
             Doing::Over => Doing::Over,
         }
     }
@@ -313,6 +378,7 @@ impl Mission {
     /// A plan request with what every one holds.
     fn request(&mut self, purpose: Purpose, know: &Knowledge, tools: &Tools) -> PlanRequest {
         self.requests = self.requests.wrapping_add(1);
+        self.asked = Some(purpose);
         PlanRequest {
             request: self.requests,
             purpose,
@@ -346,7 +412,7 @@ impl Mission {
         tools.out.plan_request = Some(PlanRequest {
             placement: plan.placement,
             preshape: plan.preshape,
-            displacement_m: know.setup.displacement_m,
+            displacement_m: know.displacement_m(),
             ..request
         });
         Doing::AskingGrasp { variant, waited: 0 }
@@ -360,7 +426,14 @@ impl Mission {
             }
             return Answer::Waiting;
         };
+        // A touch or a grasp waits where its guarded part begins, a retreat does not: without this check, for ever.
+        let fits = |t: &Trajectory| match self.asked {
+            Some(Purpose::Touch | Purpose::Grasp) => t.guarded_from_s().is_some(),
+            Some(Purpose::Retreat) => t.guarded_from_s().is_none(),
+            Some(Purpose::Transport) | None => true,
+        };
         match &answer.result {
+            Ok(trajectory) if !fits(trajectory) => Answer::Refused(RefusalReason::NoPath),
             Ok(trajectory) => load(tools.executor, trajectory),
             Err(reason) => Answer::Refused(*reason),
         }
@@ -421,13 +494,18 @@ impl Mission {
             return self.ask_grasp(0, know, tools);
         };
         self.requests = self.requests.wrapping_add(1);
-        tools.out.rollout_request = Some(RolloutRequest {
-            request: self.requests,
-            pose: know.belief.pose(),
-            arm_q_rad: self.last.arm_q_rad,
-            preshape: plan.preshape(),
-            closing: plan.closing_mask(),
-        });
+        // The fingers that felt something close once more from shortly before: the rollout is as short as that.
+        let mut preshape = plan.preshape();
+        let mut closing_rad_s = [0.0; FINGERS];
+        for f in 0..FINGERS {
+            if let Some(onset_rad) = self.last.onset_inner_rad[f] {
+                preshape.inner_rad[f] = (onset_rad - CONFIRM_RUN_UP_RAD).max(preshape.inner_rad[f]);
+                closing_rad_s[f] = trial::CLOSING_RAD_S;
+            }
+        }
+        let pose = know.belief.pose();
+        let (request, arm_q_rad) = (self.requests, self.last.arm_q_rad);
+        tools.out.rollout_request = Some(RolloutRequest { request, pose, arm_q_rad, preshape, closing_rad_s });
         Doing::Confirming { waited: 0 }
     }
 
@@ -441,7 +519,7 @@ impl Mission {
         };
         let agrees = self.last.onset_inner_rad.iter().zip(&result.onset_inner_rad).all(|pair| match pair {
             (Some(felt), Some(foretold)) => (felt - foretold).abs() <= CONFIRM_RAD,
-            (Some(_), None) => result.contacts == [0; 16], // TEMP until the rollout exists
+            (Some(_), None) => false,
             // Whether a finger just misses or just touches decides nothing.
             (None, _) => true,
         });
@@ -453,6 +531,16 @@ impl Mission {
         }
     }
 
+    /// Forgets where the object was: it lies somewhere around the place where it was lost.
+    fn search_anew(&mut self, know: &mut Knowledge, tools: &Tools) {
+        let (guess, interval) = recover::search_region(tools, self.yaw_in_hand_rad);
+        know.prior = Prior { guess, interval, shape: know.setup.shape };
+        know.belief = Belief::from_prior(&know.prior);
+        know.store.clear();
+        know.history = TouchHistory::default();
+        self.last = LastTouch::default();
+    }
+
     fn fail(&mut self, reason: FailureReason) -> Doing {
         self.outcome = Some(Outcome::Failed(reason));
         Doing::Over
@@ -462,7 +550,8 @@ impl Mission {
     fn announce(&mut self, tools: &mut Tools) {
         let phase = match &self.doing {
             Doing::Nothing => Phase::Initialise,
-            Doing::Choosing(_) | Doing::AskingTouch { .. } => Phase::Plan,
+            Doing::Choosing(_) | Doing::AskingTouch { .. } | Doing::AskingRetreat { .. } => Phase::Plan,
+            Doing::Recovering(_) | Doing::Retreating => Phase::Plan,
             Doing::Touching(_) => Phase::Trial,
             Doing::Updating(_) | Doing::Confirming { .. } => Phase::Update,
             Doing::AskingGrasp { .. } | Doing::Grasping(_) | Doing::AskingTransport { .. } => Phase::Grasp,
@@ -498,3 +587,6 @@ fn upper_triangle(belief: &Belief) -> [f32; 6] {
     let c = belief.covariance();
     [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]]
 }
+
+#[cfg(test)]
+mod tests;

@@ -34,7 +34,7 @@ impl Rise {
             self.above = (self.above + 1).min(CONFIRM_TICKS);
         } else {
             self.above = 0;
-            // A quarter of the threshold at most per update: a fast rise must not hide in its own baseline.
+            // Only below the threshold: a contact that lasts must not become its own baseline.
             self.baseline = Some(baseline + BASELINE_SHARE * rise);
         }
         self.above >= CONFIRM_TICKS
@@ -87,3 +87,6 @@ impl Onset {
         felt
     }
 }
+
+#[cfg(test)]
+mod tests;

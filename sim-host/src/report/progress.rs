@@ -1,37 +1,76 @@
 //! Progress of one mission, one line an event: what the hand felt and what the controller made of it.
 
 use crate::mission::Progressed;
-use tactus_common::message::{EventKind, Phase};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::IsTerminal;
+use tactus_common::limits::TICK_S;
+use tactus_common::message::{Event, EventKind, Phase, Status};
 
-/// Prints progress unless told to be quiet.
+/// Shows progress on a terminal: a line an event, and below them what the controller thinks now.
 pub struct Progress {
-    quiet: bool,
+    bar: Option<ProgressBar>,
 }
 
 /// Names of the tactile sources, by index.
 const FINGER: [&str; 4] = ["F1", "F2", "F3", "palm"];
 
 impl Progress {
-    /// Progress on standard error; `quiet` prints nothing.
+    /// Progress on standard error, if that is a terminal and `quiet` is not wanted.
     pub fn new(quiet: bool) -> Self {
-        Self { quiet }
+        let wanted = !quiet && std::io::stderr().is_terminal();
+        Self { bar: wanted.then(spinner) }
     }
 
-    /// Shows one event.
-    pub fn show(&mut self, event: &Progressed) {
-        if self.quiet {
-            return;
+    /// Shows one step.
+    pub fn show(&mut self, progressed: &Progressed) {
+        let Some(bar) = &self.bar else { return };
+        match progressed {
+            Progressed::Event(event) => {
+                if let Some(text) = describe(event) {
+                    bar.println(format!("{:7.3} s  {text}", event.tick as f32 * TICK_S));
+                }
+            }
+            Progressed::Status(status) => {
+                bar.set_message(thought(status));
+                bar.tick();
+            }
         }
-        let Some(text) = describe(event) else { return };
-        eprintln!("{:7.3} s  {text}", event.time_s);
     }
 
     /// Ends the display.
-    pub fn finish(&mut self) {}
+    pub fn finish(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn spinner() -> ProgressBar {
+    let bar = ProgressBar::new_spinner();
+    // The template is a constant; without it the default does.
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// One line about what the controller thinks.
+fn thought(status: &Status) -> String {
+    format!(
+        "{:7.3} s  {:?}: box at ({:+.1}, {:+.1}) mm, {:+.1} deg; sd {:.1}, {:.1} mm, {:.1} deg",
+        status.tick as f32 * TICK_S,
+        status.phase,
+        status.belief.x_m * 1e3,
+        status.belief.y_m * 1e3,
+        status.belief.phi_rad.to_degrees(),
+        sd(status.covariance[0]) * 1e3,
+        sd(status.covariance[3]) * 1e3,
+        sd(status.covariance[5]).to_degrees(),
+    )
 }
 
 /// One line for an event; `None` for one that would only repeat another.
-fn describe(event: &Progressed) -> Option<String> {
+fn describe(event: &Event) -> Option<String> {
     let text = match event.kind {
         EventKind::Phase(Phase::Trial | Phase::Update | Phase::Plan) => return None,
         EventKind::Phase(phase) => format!("{phase:?}"),

@@ -75,7 +75,7 @@ impl Summary {
             goal_yaw_error_rad: report.goal_yaw_error_rad,
             trials: report.trials,
             evaluations: report.evaluations,
-            update_time_s: report.update_time_s,
+            update_time_s: report.update_time_s(),
             sim_time_s: report.sim_time_s,
             wall_time_s: report.wall_time_s,
             deadline_misses: report.deadline_misses,

@@ -43,7 +43,7 @@ pub fn closing(options: &MissionOptions, report: &MissionReport) -> String {
         report.sim_time_s,
         report.wall_time_s,
         report.evaluations,
-        report.update_time_s * 1e3,
+        report.update_time_s() * 1e3,
         report.bus_frames,
         report.bus_load_max * 100.0
     );

@@ -29,7 +29,7 @@ pub fn hand_contacts(physics: &PhysicsWorld, robot: &Robot, dt_s: f32, mut visit
             (None, None) => continue,
         };
         for manifold in pair.manifolds() {
-            if manifold.points.iter().all(|p| p.data.impulse <= 0.0) {
+            if manifold.data.solver_contacts.is_empty() {
                 continue;
             }
             let own = if first { pair.collider1 } else { pair.collider2 };
@@ -40,10 +40,10 @@ pub fn hand_contacts(physics: &PhysicsWorld, robot: &Robot, dt_s: f32, mut visit
             // The normal points from the first body to the second; the second pushes the first the other way.
             let push = if first { -manifold.data.normal } else { manifold.data.normal };
             let push = world_from_link.rotation.inverse() * push;
-            for point in &manifold.points {
-                if point.data.impulse <= 0.0 {
-                    continue;
-                }
+            // Only points that the solver saw: the others keep an impulse of long ago.
+            for solved in &manifold.data.solver_contacts {
+                let index = solved.contact_indices()[0] as usize;
+                let Some(point) = manifold.points.get(index).filter(|p| p.data.impulse > 0.0) else { continue };
                 let local = if first { point.local_p1 } else { point.local_p2 };
                 let force_n = push * (point.data.impulse / dt_s);
                 visit(&HandContact { link, other, force: LinkForce { point_m: link_from_collider * local, force_n } });

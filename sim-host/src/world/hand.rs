@@ -23,10 +23,12 @@ pub mod assumed {
     pub const FINGER_FRICTION_NM: f32 = 0.23;
     /// Dry friction of the spread drive, N m.
     pub const SPREAD_FRICTION_NM: f32 = 0.1;
-    /// Rotor of 20 g cm^2 through 125:1, kg m^2 at the inner joint.
-    pub const FINGER_ROTOR_KGM2: f32 = 0.031;
-    /// The same rotor through 17.5:1.
-    pub const SPREAD_ROTOR_KGM2: f32 = 6.1e-4;
+    /// Rotor of 10 g cm^2 through 125:1, times the worms' efficiency (their friction brakes the rotor's momentum too),
+    /// kg m^2 at the inner joint. It decides how hard a fast finger presses when it stalls: about 25 N at full speed, the
+    /// scale of the plot in MAN-H p.64 (facts 2.4).
+    pub const FINGER_ROTOR_KGM2: f32 = 0.0156 * WORM_EFFICIENCY;
+    /// The same rotor through 17.5:1, no worm.
+    pub const SPREAD_ROTOR_KGM2: f32 = 3.1e-4;
     /// The finger's peak torque reaches the joint through two worm gears of about 40 %.
     pub const WORM_EFFICIENCY: f32 = 0.4;
     /// Spread acceleration, rad/s^2.

@@ -94,6 +94,8 @@ pub struct World {
     physics: PhysicsWorld,
     robot: Robot,
     object: RigidBodyHandle,
+    #[cfg(test)]
+    table: ColliderHandle,
     params: HandParams,
     pad_params: [PadParams; PADS],
     arm_effort_nm: [f32; 7],
@@ -162,6 +164,8 @@ impl World {
             physics,
             robot,
             object,
+            #[cfg(test)]
+            table,
             params,
             pad_params,
             arm_effort_nm,
@@ -258,6 +262,12 @@ impl World {
                 collider.set_collision_groups(InteractionGroups::none());
             }
         }
+    }
+
+    /// Takes the table away (physics tests).
+    #[cfg(test)]
+    fn remove_table(&mut self) {
+        self.physics.remove_collider(self.table);
     }
 
     fn check_finite(&self, tick: u32) -> Result<(), WorldError> {

@@ -42,7 +42,7 @@ impl Default for Scene {
     /// its flange 0.487 m above the table at r = 0.625 from the arm's axis (q2 + q4 + q6 = pi, facts 4.4).
     fn default() -> Self {
         Self {
-            table_half_m: [0.75, 0.45],
+            table_half_m: [0.915, 0.305],
             half_extents_m: [0.1, 0.05, 0.1],
             mass_kg: 0.6,
             table_friction: 0.3,

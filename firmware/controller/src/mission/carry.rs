@@ -118,3 +118,6 @@ impl Carry {
         closed(2) || (closed(0) && closed(1))
     }
 }
+
+#[cfg(test)]
+mod tests;

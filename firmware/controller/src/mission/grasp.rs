@@ -159,3 +159,6 @@ impl Grasp {
         self.stopped == [true; FINGERS]
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -10,7 +10,7 @@ use tactus_common::reading::HandCommand;
 
 /// Closing speed of a finger, rad/s at the inner link: 0.04 m/s at the tip, so 0.3 mm in the four ticks between
 /// contact and standstill.
-const CLOSING_RAD_S: f32 = 0.35;
+pub const CLOSING_RAD_S: f32 = 0.35;
 /// A finger that comes this far without feeling anything has missed, radians.
 const CLOSED_RAD: f32 = 1.75;
 /// Ticks for vibration to die before a guarded motion: 60 ms.
@@ -44,7 +44,7 @@ enum Step {
 }
 
 /// How far a touch has come.
-pub enum Felled {
+pub enum TrialEnd {
     /// It goes on.
     NotYet,
     /// The hand is above again.
@@ -84,7 +84,7 @@ impl Trial {
     }
 
     /// One tick.
-    pub(super) fn step(&mut self, know: &mut Knowledge, tools: &mut Tools) -> Felled {
+    pub(super) fn step(&mut self, know: &mut Knowledge, tools: &mut Tools) -> TrialEnd {
         self.step = match self.step {
             Step::Approach => {
                 let shaped = hand::preshape(&self.plan.preshape(), tools);
@@ -137,11 +137,11 @@ impl Trial {
                 }
             }
             Step::Rise if tools.executor.motion() == Motion::Holding => {
-                return Felled::Over { arm_q_rad: self.arm_q_rad, onset_inner_rad: self.onset_inner_rad };
+                return TrialEnd::Over { arm_q_rad: self.arm_q_rad, onset_inner_rad: self.onset_inner_rad };
             }
             Step::Rise => Step::Rise,
         };
-        Felled::NotYet
+        TrialEnd::NotYet
     }
 
     /// Closes the fingers of the plan; each stops where it feels something. `true` when all have stopped.
@@ -200,3 +200,6 @@ pub(super) fn land(know: &mut Knowledge, tools: &mut Tools) {
         tools.out.event(EventKind::Contact { finger: FINGERS as u8, inner_rad: 0.0, descending: true });
     }
 }
+
+#[cfg(test)]
+mod tests;

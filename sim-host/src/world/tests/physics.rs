@@ -46,3 +46,245 @@ fn an_undamped_swinging_arm_keeps_its_energy() {
         assert!(gain_j <= 0.001 * reference_j);
     }
 }
+
+/// A nominal world without dry friction (viscous damping stays), fingers half closed as the controller's model has them.
+fn half_closed(arm_start_rad: [f32; 7]) -> World {
+    let half_rad = 0.5 * tactus_common::robot::FINGER_LIMIT.upper_rad;
+    let scene = Scene {
+        arm_start_rad,
+        object: aside(),
+        hand_start: HandStart { inner_rad: [half_rad; 3], spread_rad: 0.0 },
+        ..Scene::default()
+    };
+    let world = World::new(&scene, &Mismatch::none(), 0).unwrap();
+    let mut world = world;
+    world.robot.make_frictionless(&mut world.physics, true);
+    world
+}
+
+const UPRIGHT: [f32; 7] = [0.0; 7];
+const REACHING_DOWN: [f32; 7] = [0.3, 0.9173, 0.0, 1.7133, 0.0, 0.5110, 0.4];
+const STRETCHED: [f32; 7] = [-0.4, 1.1, 0.5, 0.4, -1.0, 0.7, 1.0];
+
+#[test]
+fn gravity_torques_hold_the_arm_still() {
+    for (name, pose) in [("upright", UPRIGHT), ("reaching down", REACHING_DOWN), ("stretched", STRETCHED)] {
+        let mut world = half_closed(pose);
+        let start = world.hand_pose();
+        let mut furthest_m = 0.0_f32;
+        for tick in 0..1000 {
+            let mut commands = JointCommands::idle(tick);
+            commands.arm_tau_nm = tactus_common::robot::dynamics::gravity(&world.arm_q_rad(), 0.0);
+            world.tick(&commands).unwrap();
+            furthest_m = furthest_m.max((world.hand_pose().translation.vector - start.translation.vector).norm());
+        }
+        println!("{name}: the hand moved {:.4} mm in 2 s under gravity torques alone", furthest_m * 1e3);
+        assert!(furthest_m < 1e-3, "{name}: {furthest_m} m");
+    }
+}
+
+#[test]
+fn torques_beyond_gravity_accelerate_the_arm_as_newton_and_euler_say() {
+    for (pose, tau_nm) in [(REACHING_DOWN, [3.0, -4.0, 2.0, 3.0, 0.3, -0.4, 0.05]), (STRETCHED, [-5.0, 2.0, 3.0, -2.0, 0.2, 0.3, -0.06])] {
+        let mut world = half_closed(pose);
+        world.free_the_arm();
+        let gravity = tactus_common::robot::dynamics::gravity(&pose, 0.0);
+        let applied: [f32; 7] = core::array::from_fn(|i| gravity[i] + tau_nm[i]);
+        for _ in 0..STEPS_PER_TICK {
+            world.step_arm(&applied);
+        }
+        let states: [drive::JointState; 7] = world.robot.states(&world.physics, &world.robot.arm);
+        let elapsed_s = TICK_S;
+        let acceleration = states.map(|s| s.qd_rad_s / elapsed_s);
+        let needed = tactus_common::robot::dynamics::inverse_dynamics(&pose, &[0.0; 7], &acceleration, 0.0);
+        let mut worst = 0.0_f32;
+        for i in 0..7 {
+            let error = (needed[i] - applied[i]).abs() / tau_nm[i].abs();
+            worst = worst.max(error);
+        }
+        println!("from {pose:?}: accelerations {acceleration:?} rad/s^2 explain the torques to {:.2} %", worst * 100.0);
+        assert!(worst < 0.03, "{needed:?} for {applied:?}");
+    }
+}
+
+/// A free box alone on the table in tilted gravity; how far it slid in 1 s, metres.
+fn slide_m(angle_rad: f32) -> f32 {
+    let mut world = World::new(&Scene::default(), &Mismatch::none(), 0).unwrap();
+    world.free_the_arm();
+    let (s, c) = libm::sincosf(angle_rad);
+    world.physics.gravity = Vector::new(9.81 * s, 0.0, -9.81 * c);
+    let before = world.object_pose();
+    for _ in 0..500 * STEPS_PER_TICK {
+        world.physics.step();
+    }
+    (world.object_pose().translation.vector - before.translation.vector).norm()
+}
+
+#[test]
+fn a_box_slides_at_the_coulomb_angle() {
+    let critical_rad = libm::atanf(0.3);
+    // Half a degree to either side.
+    let (below_m, above_m) = (slide_m(critical_rad - 0.0087), slide_m(critical_rad + 0.0087));
+    let (s, c) = libm::sincosf(critical_rad + 0.0087);
+    let expected_m = 0.5 * 9.81 * (s - 0.3 * c);
+    println!("half a degree below the angle of friction the box crept {:.4} mm in 1 s; half a degree above it slid {:.2} mm, Coulomb: {:.2} mm", below_m * 1e3, above_m * 1e3, expected_m * 1e3);
+    assert!(below_m < 1e-4);
+    assert!((above_m / expected_m - 1.0).abs() < 0.05);
+}
+
+/// Arm angles that put the hand straight down over (x, y), flange at `height_m`, hand x turned by `yaw_rad` from world x.
+fn reach(x_m: f32, y_m: f32, height_m: f32, yaw_rad: f32) -> [f32; 7] {
+    use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+    let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f32::consts::PI);
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
+    let pose = Isometry3::from_parts(Translation3::new(x_m, y_m, height_m), turn * down);
+    let solutions = tactus_common::robot::inverse::solve(&pose, 0.0).unwrap();
+    // The branch nearest to the arm's start, as a planner would choose.
+    let start = Scene::default().arm_start_rad;
+    let distance = |q: &[f32; 7]| q.iter().zip(&start).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    *solutions.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap()
+}
+
+/// Barrett's own position loop with gravity compensation, as the controller will have it.
+struct Holder {
+    kp: [f32; 7],
+    kd: [f32; 7],
+    before: Option<[f32; 7]>,
+}
+
+impl Holder {
+    fn new() -> Self {
+        let arm = RobotModel::shipped().unwrap().extra.arm;
+        Self { kp: arm.position_loop_kp_nm_rad, kd: arm.position_loop_kd_nms_rad, before: None }
+    }
+
+    /// Torques towards `q_rad` moving at `qd_rad_s`; velocity by differences of the readings.
+    fn torques(&mut self, readings: &JointReadings, q_rad: &[f32; 7], qd_rad_s: &[f32; 7], qdd: &[f32; 7]) -> [f32; 7] {
+        let measured = readings.arm_q_rad;
+        let before = self.before.replace(measured).unwrap_or(measured);
+        let feed_forward = tactus_common::robot::dynamics::inverse_dynamics(&measured, qd_rad_s, qdd, 0.0);
+        core::array::from_fn(|i| {
+            let velocity = (measured[i] - before[i]) / TICK_S;
+            feed_forward[i] + self.kp[i] * (q_rad[i] - measured[i]) + self.kd[i] * (qd_rad_s[i] - velocity)
+        })
+    }
+}
+
+/// The hand over the box, fingers across its 0.1 m depth, palm 46 mm above its top.
+fn over_the_box(inner_rad: f32) -> Scene {
+    let q = reach(0.2, -0.1, 0.2 + 0.046 + 0.079, core::f32::consts::FRAC_PI_2);
+    Scene { arm_start_rad: q, hand_start: HandStart { inner_rad: [inner_rad; 3], spread_rad: 0.0 }, ..Scene::default() }
+}
+
+#[test]
+fn a_pinched_box_is_held_without_creep() {
+    let scene = over_the_box(0.3);
+    for (name, mismatch) in [("nominal", Mismatch::none()), ("seed 3", Mismatch::from_seed(3))] {
+        let mut world = World::new(&scene, &mismatch, 1).unwrap();
+        let mut holder = Holder::new();
+        let mut relative = None;
+        let mut creep_m = 0.0_f32;
+        for tick in 0..4000 {
+            let mut commands = JointCommands::idle(tick);
+            // Close by torque, squeeze, then take the table away.
+            let squeeze_nm = if tick < 200 { 0.5 } else { 1.0 };
+            commands.hand = [HandCommand::Torque(squeeze_nm), HandCommand::Torque(squeeze_nm), HandCommand::Torque(squeeze_nm), HandCommand::Position(0.0)];
+            commands.arm_tau_nm = holder.torques(&world.readings(), &scene.arm_start_rad, &[0.0; 7], &[0.0; 7]);
+            world.tick(&commands).unwrap();
+            if tick == 1000 {
+                world.remove_table();
+            }
+            if tick >= 1500 {
+                let now = world.hand_pose().inverse() * world.object_pose();
+                let start: &nalgebra::Isometry3<f32> = relative.get_or_insert(now);
+                creep_m = creep_m.max((now.translation.vector - start.translation.vector).norm());
+            }
+        }
+        println!("{name}: held in the air, the box crept {:.4} mm in the hand in 5 s; forces {:?} N", creep_m * 1e3, world.link_forces_n());
+        assert!(creep_m < 1e-3);
+        let forces_n = world.link_forces_n();
+        let (front_n, back_n) = (forces_n[3] + forces_n[6], forces_n[8]);
+        assert!((front_n / back_n - 1.0).abs() < 0.05, "action and reaction across the box: {front_n} and {back_n} N");
+        assert!(world.object_pose().translation.z > 0.05, "the box fell");
+    }
+}
+
+#[test]
+fn the_arm_follows_a_smooth_move_with_the_robots_own_position_loop() {
+    let (from, to) = (Scene::default().arm_start_rad, reach(0.2, -0.1, 0.325, core::f32::consts::FRAC_PI_2));
+    for (name, mismatch) in [("nominal", Mismatch::none()), ("seed 7", Mismatch::from_seed(7))] {
+        let mut world = World::new(&Scene::default(), &mismatch, 7).unwrap();
+        let mut holder = Holder::new();
+        let (mut worst_rad, mut worst_joint, mut end_m) = (0.0_f32, 0, 0.0);
+        println!("{from:?} -> {to:?}");
+        for tick in 0..1500 {
+            // Minimum jerk over 2 s, then half a second of rest and half a second in which the end error is taken.
+            let s = (tick as f32 / 1000.0).min(1.0);
+            let (p, v, a) = (s * s * s * (10.0 - 15.0 * s + 6.0 * s * s), 30.0 * s * s * (1.0 - s) * (1.0 - s) / 2.0, (60.0 * s - 180.0 * s * s + 120.0 * s * s * s) / 4.0);
+            let blend = |p: f32| core::array::from_fn(|i| (to[i] - from[i]) * p);
+            let wanted: [f32; 7] = core::array::from_fn(|i| from[i] + (to[i] - from[i]) * p);
+            let mut commands = JointCommands::idle(tick);
+            commands.hand = [HandCommand::Position(0.25), HandCommand::Position(0.25), HandCommand::Position(0.25), HandCommand::Position(0.0)];
+            commands.arm_tau_nm = holder.torques(&world.readings(), &wanted, &blend(v), &blend(a));
+            world.tick(&commands).unwrap();
+            let q = world.arm_q_rad();
+            for i in 0..7 {
+                let error_rad = (q[i] - wanted[i]).abs();
+                if error_rad > worst_rad {
+                    (worst_rad, worst_joint) = (error_rad, i);
+                }
+            }
+            if tick > 1250 {
+                let there = tactus_common::robot::arm::hand_pose(&to);
+                end_m = (world.hand_pose().translation.vector - there.translation.vector).norm();
+            }
+        }
+        println!("{name}: 2 s move, joint error at most {:.2} mrad (J{}), hand {:.3} mm from its goal at rest", worst_rad * 1e3, worst_joint + 1, end_m * 1e3);
+        assert!(worst_rad < 0.03 && end_m < 3e-3);
+    }
+}
+
+#[test]
+fn a_finger_that_stops_at_first_touch_hardly_moves_the_box() {
+    for seed in 0..4 {
+        let mismatch = if seed == 0 { Mismatch::none() } else { Mismatch::from_seed(seed) };
+        for (finger, speed) in [(2, 0.3), (0, 0.3), (2, 0.6)] {
+            let scene = over_the_box(0.6);
+            let mut world = World::new(&scene, &mismatch, seed).unwrap();
+            let mut holder = Holder::new();
+            let mut stopped: Option<u32> = None;
+            let (mut most_n, mut at_stop_n, mut rest_nm) = (0.0_f32, 0.0, 0.0);
+            let before = world.object_pose();
+            let link = PAD_LINKS[finger];
+            let mut moved_at_stop = 0.0;
+            for tick in 0..1500 {
+                let readings = world.readings();
+                // The resting torque (weight of the tip, the gauge's offset) is taken while the finger moves freely.
+                if tick == 60 {
+                    rest_nm = readings.tip_torque_nm[finger];
+                }
+                if tick > 60 && stopped.is_none() && readings.tip_torque_nm[finger] - rest_nm > 0.03 {
+                    stopped = Some(tick);
+                    at_stop_n = world.link_forces_n()[link];
+                    moved_at_stop = (world.object_pose().translation.vector - before.translation.vector).norm();
+                }
+                let mut commands = JointCommands::idle(tick);
+                commands.hand = [HandCommand::Velocity(0.0); 4];
+                commands.hand[finger] = HandCommand::Velocity(if stopped.is_some() { 0.0 } else { speed });
+                commands.arm_tau_nm = holder.torques(&readings, &scene.arm_start_rad, &[0.0; 7], &[0.0; 7]);
+                world.tick(&commands).unwrap();
+                most_n = most_n.max(world.link_forces_n()[link]);
+                if stopped.is_some_and(|at| tick > at + 100) {
+                    break;
+                }
+            }
+            let after = world.object_pose();
+            let moved = after.translation.vector - before.translation.vector;
+            let turned = before.rotation.angle_to(&after.rotation);
+            println!(
+                "seed {seed}, F{} at {speed} rad/s: stopped at {stopped:?}, force then {at_stop_n:.2} N, at most {most_n:.2} N, at rest {:.2} N; box moved {:.3} mm by the stop, {:.3} mm in all, turned {:.2} mrad",
+                finger + 1, world.link_forces_n()[link], moved_at_stop * 1e3, moved.norm() * 1e3, turned * 1e3
+            );
+        }
+    }
+}
