@@ -197,6 +197,9 @@ impl Host {
     pub fn run(&mut self, show: &mut dyn FnMut(&Progressed)) -> anyhow::Result<HostEnd> {
         let setup = self.setup;
         self.send(&setup)?;
+        // Whatever takes effect at a tick must have arrived before that tick's readings, on any bus: readings have the
+        // higher priority, so they must not wait beside it.
+        self.bus.run_until_idle();
         let mut rest = None;
         for tick in 0..TICKS_MAX {
             let heard = self.exchange(tick)?;
@@ -222,6 +225,7 @@ impl Host {
                 let answer = self.rollout(request, tick + 1);
                 self.send(&answer)?;
             }
+            self.bus.run_until_idle();
             let commands = self.drives.follow(heard.command, tick);
             self.world.tick(&commands)?;
             self.end.ticks = tick + 1;
@@ -242,7 +246,8 @@ impl Host {
     /// One tick's readings to the controller, what it says back to here.
     fn exchange(&mut self, tick: u32) -> anyhow::Result<Heard> {
         if let Some(image) = self.world.tactile() {
-            self.send(&TactileSlice::pack(&image, tick))?;
+            // It follows the readings of this tick on the wire, so it takes effect at the next.
+            self.send(&TactileSlice::pack(&image, tick + 1))?;
         }
         let frame = SensorFrame::pack(&self.world.readings());
         self.send(&frame)?;

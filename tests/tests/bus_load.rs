@@ -87,7 +87,7 @@ fn rollout_request() -> RolloutRequest {
         pose: pose(),
         arm_q_rad: [1.0; 7],
         preshape: Default::default(),
-        closing: 7,
+        closing_rad_s: [1.0; 3],
     }
 }
 
