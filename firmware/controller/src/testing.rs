@@ -165,7 +165,7 @@ pub fn cuts(world_from_hand: &Isometry3<f32>, angles: &HandAngles, object: &Plan
 pub fn rollout(request: &RolloutRequest, shape: &ObjectShape, effective: u32) -> RolloutResult {
     let world_from_hand = arm::hand_pose(&request.arm_q_rad);
     let mut onset_inner_rad = [None; FINGERS];
-    for (finger, onset) in onset_inner_rad.iter_mut().enumerate().filter(|(f, _)| request.closing >> f & 1 == 1) {
+    for (finger, onset) in onset_inner_rad.iter_mut().enumerate().filter(|(f, _)| request.closing_rad_s[*f] > 0.0) {
         let mut inner_rad = request.preshape.inner_rad;
         while onset.is_none() && inner_rad[finger] < 1.9 {
             inner_rad[finger] += 0.002;

@@ -8,7 +8,7 @@ use tactus_common::reading::HandCommand;
 /// standstill.
 pub const CLOSING_RAD_S: f32 = 0.35;
 /// Most ticks of a closing: 12 s.
-const TICKS_MAX: u32 = 6_000;
+pub const TICKS_MAX: u32 = 6_000;
 
 /// A closing under way.
 #[derive(Clone, Copy, Debug)]

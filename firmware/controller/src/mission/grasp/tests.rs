@@ -4,6 +4,7 @@ use super::*;
 use crate::mission::tests::knowledge;
 use crate::onset::Felt;
 use crate::testing::{BOX, Desk, TRUTH};
+use tactus_common::reading::HandCommand;
 use tactus_common::robot::arm;
 
 const TICKS_MAX: u32 = 20_000;
@@ -95,7 +96,7 @@ fn after_a_miss_the_hand_is_open_and_above_again() {
 fn coming_down_on_something_is_a_landing_with_evidence_and_no_finger_closes() {
     let mut rig = Rig::new(0);
     rig.desk.bench.remove_object();
-    rig.until(|rig| matches!(rig.grasp.step, Step::Descend));
+    rig.until(|rig| rig.desk.executor.motion() == Motion::Guarded);
     rig.desk.felt = Felt { fingers: [false, true, false], palm: false };
     rig.tick();
     rig.desk.felt = Felt::default();

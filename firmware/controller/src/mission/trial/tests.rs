@@ -3,6 +3,7 @@
 extern crate std;
 
 use super::*;
+use crate::mission::closing;
 use crate::mission::tests::knowledge;
 use crate::onset::Felt;
 use crate::testing::{BOX, Desk, TRUTH};
@@ -84,7 +85,10 @@ fn a_finger_that_felt_something_goes_no_further_until_all_open() {
     let mut rig = Rig::new(0, &PlanarPose { y_m: TRUTH.y_m + 0.01, ..TRUTH });
     let mut stood: [Option<f32>; FINGERS] = [None; FINGERS];
     while rig.end.is_none() {
-        let onset = rig.trial.onset_inner_rad;
+        let onset = match &rig.trial.step {
+            Step::Close(closing) => closing.onset_inner_rad(),
+            _ => [None; FINGERS],
+        };
         rig.tick();
         for f in 0..FINGERS {
             if let Some(onset_rad) = onset[f].filter(|_| matches!(rig.trial.step, Step::Close { .. })) {
@@ -128,7 +132,7 @@ fn coming_down_on_the_object_stops_the_hand_before_any_finger_closes() {
     // The open tips hang 135 mm from the hand's axis: aimed 110 mm off, one side comes down 25 mm inside the top face.
     let aim = PlanarPose { y_m: TRUTH.y_m + 0.11, ..TRUTH };
     let mut rig = Rig::new(0, &aim);
-    rig.until(|rig| matches!(rig.trial.step, Step::Landing));
+    rig.until(|rig| rig.desk.executor.motion() == Motion::Stopping);
     let height_m = rig.height_m();
     assert!(rig.events.iter().any(|e| matches!(e, EventKind::Contact { descending: true, .. })));
     let mut lowest_m = height_m;
@@ -148,7 +152,7 @@ fn coming_down_on_the_object_stops_the_hand_before_any_finger_closes() {
 fn a_palm_that_feels_something_on_the_way_down_ends_the_touch_as_well() {
     let mut rig = Rig::new(0, &TRUTH);
     rig.desk.bench.remove_object();
-    rig.until(|rig| matches!(rig.trial.step, Step::Descend));
+    rig.until(|rig| rig.desk.executor.motion() == Motion::Guarded);
     rig.desk.felt = Felt { palm: true, ..Felt::default() };
     rig.tick();
     rig.desk.felt = Felt::default();
@@ -162,7 +166,7 @@ fn what_is_felt_on_the_way_to_the_place_above_is_not_evidence() {
     let mut rig = Rig::new(0, &TRUTH);
     rig.desk.bench.remove_object();
     rig.desk.felt = Felt { fingers: [true; FINGERS], palm: false };
-    rig.until(|rig| matches!(rig.trial.step, Step::SettleAbove { .. }));
+    rig.until(|rig| rig.desk.executor.motion() == Motion::AtGuard);
     rig.desk.felt = Felt::default();
     rig.until_over();
     assert!(rig.know.store.contacts().is_empty());
@@ -171,7 +175,7 @@ fn what_is_felt_on_the_way_to_the_place_above_is_not_evidence() {
 #[test]
 fn the_hand_does_not_come_down_before_the_fingers_have_their_shape() {
     let mut rig = Rig::new(6, &TRUTH);
-    rig.until(|rig| matches!(rig.trial.step, Step::Descend));
+    rig.until(|rig| rig.desk.executor.motion() == Motion::Guarded);
     let plan = rig.trial.plan();
     let [f1, f2, f3, spread] = rig.desk.bench.hand.motor_q_rad;
     for (q_rad, wanted) in [(f1, plan.preopen_rad[0]), (f2, plan.preopen_rad[1]), (f3, plan.preopen_rad[2]), (spread, plan.spread_rad)] {
@@ -190,6 +194,6 @@ fn a_finger_that_never_arrives_anywhere_ends_the_closing_after_its_time() {
         // Jammed.
         rig.desk.bench.hand.motor_q_rad[1] = 0.5;
         ticks += 1;
-        assert!(ticks <= CLOSING_TICKS_MAX + 1);
+        assert!(ticks <= closing::TICKS_MAX + 1);
     }
 }
