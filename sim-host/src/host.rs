@@ -283,7 +283,7 @@ impl Host {
         Ok(())
     }
 
-    /// Takes what has arrived from the controller. What does not decode is as good as lost.
+    /// Takes what has arrived from the controller.
     fn listen(&mut self, tick: u32) -> Heard {
         let mut heard = Heard::default();
         let now = u64::from(tick);
@@ -295,8 +295,9 @@ impl Host {
             let Ok(header) = Header::parse(frame.id()) else { continue };
             let data = frame.data();
             let s = &mut self.subscriptions;
+            // What does not decode is as good as not sent: the drives and the controller's own time limits see to it.
             if let Ok(Some(t)) = s.command.accept(&header, data, now) {
-                heard.command = link::decode(t.payload).ok().and_then(|command: Command| command.unpack());
+                heard.command = link::decode::<Command>(t.payload).ok().and_then(|c| c.unpack());
             }
             if let Ok(Some(t)) = s.plan.accept(&header, data, now) {
                 heard.plan = link::decode(t.payload).ok();
@@ -308,7 +309,7 @@ impl Host {
                 heard.status = link::decode(t.payload).ok();
             }
             if let Ok(Some(t)) = s.event.accept(&header, data, now) {
-                heard.events.extend(link::decode::<Event>(t.payload));
+                heard.events.extend(link::decode::<Event>(t.payload).ok());
             }
         }
         heard

@@ -157,6 +157,7 @@ impl<'a> Rollout<'a> {
         for tick in 0..input.ticks {
             let mut force_n = [0.0_f32; HAND_LINKS];
             let commands = commands(input, &stopped);
+            self.robot.arm_limits_in_reach(&mut self.physics);
             for _ in 0..STEPS_PER_TICK {
                 self.drives.drive(&mut self.physics, &self.robot, self.params, &commands, dt_s);
                 self.physics.step();

@@ -11,6 +11,7 @@ use tactus_common::message::{
     Event, EventKind, Outcome, Phase, PlanAnswer, PlanRequest, RolloutRequest, RolloutResult, Setup, Status,
 };
 use tactus_common::reading::{HandCommand, JointCommands, JointReadings, TactileImage, Validity};
+use tactus_common::trajectory::Sample;
 
 /// Ticks between two status messages: 10 Hz.
 const STATUS_PERIOD_TICKS: u32 = 50;
@@ -92,6 +93,11 @@ impl Controller {
     /// Phase of the mission.
     pub fn phase(&self) -> Phase {
         if self.supervisor.mode() == Mode::Run { self.mission.phase() } else { Phase::Fault }
+    }
+
+    /// The reference that the arm follows, once there is one.
+    pub fn reference(&self) -> Option<&Sample> {
+        self.executor.as_ref().map(Executor::reference)
     }
 
     /// How the mission ended, if it did.

@@ -4,6 +4,8 @@
 //! state; [`Mission::step`] is the one function that moves between them. A fault is the supervisor's matter.
 
 mod carry;
+mod closing;
+mod descent;
 mod grasp;
 mod grip;
 mod hand;
@@ -500,7 +502,7 @@ impl Mission {
         for f in 0..FINGERS {
             if let Some(onset_rad) = self.last.onset_inner_rad[f] {
                 preshape.inner_rad[f] = (onset_rad - CONFIRM_RUN_UP_RAD).max(preshape.inner_rad[f]);
-                closing_rad_s[f] = trial::CLOSING_RAD_S;
+                closing_rad_s[f] = closing::CLOSING_RAD_S;
             }
         }
         let pose = know.belief.pose();

@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, SMatrix, SVector, Translation3, UnitQuaternion, Vector
 use std::vec::Vec;
 use tactus_common::limits::{ARM_ACCELERATION_MAX_RAD_S2, ARM_JOINTS, FINGERS, HAND_MOTORS, PADS, TICK_S};
 use tactus_common::message::{
-    PlanAnswer, PlanRequest, Preshape, Purpose, ROLLOUT_INSTANTS, RefusalReason, RolloutRequest, RolloutResult,
+    PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, RefusalReason, RolloutRequest, RolloutResult,
     SCHEMA_VERSION, Setup,
 };
 use tactus_common::pose::{Interval, PlanarPose};
@@ -165,7 +165,7 @@ pub fn cuts(world_from_hand: &Isometry3<f32>, angles: &HandAngles, object: &Plan
 pub fn rollout(request: &RolloutRequest, shape: &ObjectShape, effective: u32) -> RolloutResult {
     let world_from_hand = arm::hand_pose(&request.arm_q_rad);
     let mut onset_inner_rad = [None; FINGERS];
-    for (finger, onset) in onset_inner_rad.iter_mut().enumerate().filter(|(f, _)| request.closing >> f & 1 == 1) {
+    for (finger, onset) in onset_inner_rad.iter_mut().enumerate().filter(|(f, _)| request.closing_rad_s[*f] > 0.0) {
         let mut inner_rad = request.preshape.inner_rad;
         while onset.is_none() && inner_rad[finger] < 1.9 {
             inner_rad[finger] += 0.002;
@@ -365,11 +365,6 @@ impl Desk {
         self.tick += 1;
         result
     }
-}
-
-/// The fingers as a preshape.
-pub fn preshape(inner_rad: [f32; FINGERS]) -> Preshape {
-    Preshape { inner_rad, spread_rad: 0.0 }
 }
 
 /// An arm that moves as its torques demand: exact rigid-body dynamics, no friction, no flexible parts.

@@ -144,7 +144,8 @@ impl World {
         let angles = HandAngles::engaged(inner, plan.spread_rad);
         let measured = self.measured(&angles);
         let _ = store.add_free(&nominal, &measured, [true; 3]);
-        for finger in plan.order.map(usize::from) {
+        // All fingers close together; which one meets the object first depends on where it stands.
+        for finger in [0, 1, 2] {
             if closes[finger] {
                 self.close(&real, &nominal, &mut inner, plan.spread_rad, finger, store);
             }

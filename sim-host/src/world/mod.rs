@@ -32,6 +32,7 @@ pub use mismatch::Mismatch;
 pub use scene::Scene;
 
 use digest::Fnv;
+use integrator::Midpoint;
 use hand::{HandDrives, HandParams};
 use model::RobotModel;
 use nalgebra::Isometry3;
@@ -74,7 +75,7 @@ pub fn integration_parameters(dt_s: f32) -> IntegrationParameters {
 struct State {
     tick: u32,
     drives: HandDrives,
-    arm_qd_before_rad_s: [f32; 7],
+    midpoint: Midpoint,
     pending: VecDeque<JointCommands>,
     noise: Noise,
     readings: JointReadings,
@@ -152,7 +153,7 @@ impl World {
         let state = State {
             tick: 0,
             drives,
-            arm_qd_before_rad_s: [0.0; 7],
+            midpoint: Midpoint::default(),
             pending: VecDeque::new(),
             noise,
             readings,
@@ -202,6 +203,7 @@ impl World {
         let mut link_force_n = [0.0; HAND_LINKS];
         let mut tip_torque_nm = [0.0; 3];
         let mut effort_nm = [0.0; 4];
+        self.robot.arm_limits_in_reach(&mut self.physics);
         for _ in 0..STEPS_PER_TICK {
             self.step(&tau_nm, &acting.hand);
             contacts::hand_contacts(&self.physics, &self.robot, dt_s, |contact| {
@@ -240,11 +242,10 @@ impl World {
 
     fn step_arm(&mut self, tau_nm: &[f32; 7]) {
         let arm: [drive::JointState; 7] = self.robot.states(&self.physics, &self.robot.arm);
-        let qd_rad_s = arm.map(|s| s.qd_rad_s);
-        let correction = integrator::midpoint_torques(&arm.map(|s| s.q_rad), &qd_rad_s, &self.state.arm_qd_before_rad_s);
+        let (q_rad, qd_rad_s) = (arm.map(|s| s.q_rad), arm.map(|s| s.qd_rad_s));
+        let correction = self.state.midpoint.torques(&q_rad, &qd_rad_s);
         let tau_nm = core::array::from_fn(|i| tau_nm[i] + correction[i]);
-        self.state.arm_qd_before_rad_s = qd_rad_s;
-        self.robot.set_arm_torques(&mut self.physics, &tau_nm);
+        self.robot.set_arm_torques(&mut self.physics, &q_rad, &tau_nm);
         self.physics.step();
     }
 
@@ -375,7 +376,8 @@ impl World {
             fnv.f32(finger.broken_at_rad.unwrap_or(-1.0));
         }
         fnv.f32s(&[self.state.drives.spread.q_rad, self.state.drives.spread.qd_rad_s]);
-        fnv.f32s(&self.state.arm_qd_before_rad_s);
+        fnv.f32s(&self.state.midpoint.before_rad_s);
+        fnv.f32s(&self.state.midpoint.change_rad_s);
         fnv.u32(self.state.noise.fingerprint());
         fnv.value()
     }

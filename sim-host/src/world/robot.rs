@@ -40,6 +40,12 @@ pub mod groups {
 /// Index of a joint's angle among the six coordinates of a rapier joint (rotation about its x axis).
 const COORDINATE: usize = 3;
 
+/// Stiffness of the springs that stand for motor torques, N m/rad (see [`Robot::set_arm_torques`]).
+const TORQUE_SPRING_NM_RAD: f32 = 0.01;
+
+/// A limit nearer than this is armed, radians: two ticks at 50 rad/s.
+const LIMIT_REACH_RAD: f32 = 0.2;
+
 /// Where a link's mass, friction and damping differ from the description; 1 everywhere = nominal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobotScales {
@@ -63,8 +69,6 @@ impl RobotScales {
 #[derive(Clone, Copy, Debug)]
 pub struct Joint {
     child: RigidBodyHandle,
-    parent: RigidBodyHandle,
-    axis_child: Vector,
     link_id: usize,
 }
 
@@ -183,7 +187,7 @@ impl Builder<'_> {
         self.world
             .insert_multibody_joint(parent, child, data)
             .ok_or_else(|| WorldError::Model(format!("joint `{}` closes a loop", joint.name)))?;
-        Ok(Joint { child, parent, axis_child: joint.axis, link_id: 0 })
+        Ok(Joint { child, link_id: 0 })
     }
 }
 
@@ -427,18 +431,30 @@ impl Robot {
         }
     }
 
-    /// Makes `tau_nm` act on the arm's joints until the next call (equal and opposite on the two links).
-    pub fn set_arm_torques(&self, world: &mut PhysicsWorld, tau_nm: &[f32; 7]) {
-        for joint in &self.arm {
-            if let Some(body) = world.bodies.get_mut(joint.child) {
-                body.reset_torques(false);
+    /// Arms the limits of the joints that come near them and disarms the others: rapier pays for each armed limit with a
+    /// linear solve a step, reached or not. Call once a tick.
+    pub fn arm_limits_in_reach(&self, world: &mut PhysicsWorld) {
+        let Some(multibody) = self.multibody_mut(world) else { return };
+        for joint in self.arm.iter().chain(&self.spread).chain(&self.inner).chain(&self.tip) {
+            if let Some(link) = multibody.link_mut(joint.link_id) {
+                let q_rad = link.joint().coords()[COORDINATE];
+                let limits = link.joint.data.limits[COORDINATE];
+                let near = q_rad < limits.min + LIMIT_REACH_RAD || q_rad > limits.max - LIMIT_REACH_RAD;
+                link.joint.data.limit_axes = if near { JointAxesMask::ANG_X } else { JointAxesMask::empty() };
             }
         }
-        for (joint, tau) in self.arm.iter().zip(tau_nm) {
-            let Some(axis) = world.bodies.get(joint.child).map(|b| b.position().rotation * joint.axis_child) else { continue };
-            for (body, sign) in [(joint.child, 1.0), (joint.parent, -1.0)] {
-                if let Some(body) = world.bodies.get_mut(body) {
-                    body.add_torque(axis * (sign * tau), false);
+    }
+
+    /// Makes `tau_nm` act on the arm's joints for the coming step, whose angles are `q_rad`.
+    ///
+    /// A very soft spring whose rest lies far away is a constant torque: exact at one substep a step, it reaches the
+    /// generalised force directly (no pair of world torques to round), and touches no body, so that rapier need not look
+    /// for changes. Its stiffness adds a damping of `TORQUE_SPRING * dt` = 5e-6 N m s/rad.
+    pub fn set_arm_torques(&self, world: &mut PhysicsWorld, q_rad: &[f32; 7], tau_nm: &[f32; 7]) {
+        if let Some(multibody) = self.multibody_mut(world) {
+            for (i, joint) in self.arm.iter().enumerate() {
+                if let Some(link) = multibody.link_mut(joint.link_id) {
+                    link.joint.set_spring(COORDINATE, TORQUE_SPRING_NM_RAD, q_rad[i] + tau_nm[i] / TORQUE_SPRING_NM_RAD);
                 }
             }
         }

@@ -17,6 +17,13 @@ fn willing(request: &PlanRequest) -> Option<Result<Trajectory, RefusalReason>> {
     Some(plan(request, &BOX))
 }
 
+/// What a mission knows before its first touch.
+pub(super) fn knowledge() -> Knowledge {
+    let mut mission = Mission::default();
+    mission.begin(&setup()).expect("a set-up that makes sense");
+    mission.knowledge.expect("begun")
+}
+
 /// A mission with a host.
 struct Rig {
     mission: Mission,

@@ -63,7 +63,6 @@ fn plan(id: u8, hand_in_object: PlanarPose, spread_rad: f32, closes: [bool; FING
         spread_rad,
         preopen_rad: closes.map(|c| if c { PREOPEN_RAD } else { 0.0 }),
         closes,
-        order: [0, 1, 2],
     }
 }
 

@@ -155,12 +155,10 @@ impl Chooser {
         self.tally.gain += weight * 0.5 * (self.log_det_before - after);
     }
 
-    fn finish_candidate(&mut self, mut plan: TouchPlan) {
+    fn finish_candidate(&mut self, plan: TouchPlan) {
         let tally = self.tally;
         let surprise = tally.touching.iter().map(|p| entropy(*p)).sum::<f32>() + entropy(tally.landing);
         let repeats = self.history.repeats(plan.id, &self.believed) as f32;
-        // Alternate the side that closes first: always the same one would push the object along.
-        plan.order = if self.history.len().is_multiple_of(2) { [0, 1, 2] } else { [2, 1, 0] };
         let gain = tally.gain + surprise - LANDING_PRICE * tally.landings - REPEAT_PRICE * repeats;
         let _ = self.ranked.push(Choice { plan, gain, landings: tally.landings });
         self.tally = Tally::default();
@@ -256,14 +254,5 @@ mod tests {
         let along = Belief::from_modes(modes.into_iter().collect(), Default::default()).expect("modes");
         let best = rank(&along, &TouchHistory::default())[0];
         assert!((6..=11).contains(&best.plan.id), "{best:?}");
-    }
-
-    #[test]
-    fn the_side_that_closes_first_alternates() {
-        let belief = Belief::from_prior(&PRIOR);
-        let mut history = TouchHistory::default();
-        let before = rank(&belief, &history)[0].plan.order[0];
-        history.note(3, &belief.pose());
-        assert_ne!(before, rank(&belief, &history)[0].plan.order[0]);
     }
 }

@@ -30,8 +30,6 @@ pub struct TouchPlan {
     pub preopen_rad: [f32; FINGERS],
     /// Which fingers close.
     pub closes: [bool; FINGERS],
-    /// The fingers in the order in which they close (0, 1, 2 = F1, F2, F3); those that do not close are passed over.
-    pub order: [u8; FINGERS],
 }
 
 impl TouchPlan {
@@ -43,11 +41,6 @@ impl TouchPlan {
     /// The fingers on the way down.
     pub fn preshape(&self) -> Preshape {
         Preshape { inner_rad: self.preopen_rad, spread_rad: self.spread_rad }
-    }
-
-    /// Bit i = finger i closes.
-    pub fn closing_mask(&self) -> u8 {
-        self.closes.iter().enumerate().fold(0, |mask, (f, closes)| mask | u8::from(*closes) << f)
     }
 
     /// World-from-hand transform at the bottom of the descent for an object believed at `object`: z straight down.

@@ -1,0 +1,102 @@
+//! Coming down guarded, as every touch and every grasp begins: travel to the place above with the fingers at their
+//! preshape, let vibration die, come down, stop at the first thing felt.
+
+use super::{Knowledge, Tools, hand};
+use crate::evidence::{ContactKind, Toucher};
+use crate::executor::Motion;
+use tactus_common::limits::FINGERS;
+use tactus_common::message::{EventKind, Preshape};
+
+/// Ticks for vibration to die before a guarded motion: 60 ms.
+const SETTLE_TICKS: u32 = 30;
+
+/// Where the descent is.
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    /// On the way to the place above; fingers to their preshape.
+    Approach,
+    /// Stands above; lets vibration die.
+    SettleAbove { left: u32 },
+    /// Comes down.
+    Descend,
+    /// Felt something on the way down; comes to a stop.
+    Landing,
+    /// Stands below; lets vibration die.
+    SettleBelow { left: u32 },
+}
+
+/// How far the descent is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DescentEnd {
+    /// It goes on.
+    NotYet,
+    /// The hand is down, nothing was felt, contact detection starts afresh.
+    Down,
+    /// Something was felt on the way and noted as evidence; the hand stands.
+    Landed,
+}
+
+/// A descent under way; its trajectory has just been loaded.
+#[derive(Clone, Copy, Debug)]
+pub struct Descent {
+    preshape: Preshape,
+    step: Step,
+}
+
+impl Descent {
+    /// A descent with these finger angles.
+    pub fn new(preshape: Preshape) -> Self {
+        Self { preshape, step: Step::Approach }
+    }
+
+    /// One tick.
+    pub(super) fn step(&mut self, know: &mut Knowledge, tools: &mut Tools) -> DescentEnd {
+        self.step = match self.step {
+            Step::Approach => {
+                let shaped = hand::preshape(&self.preshape, tools);
+                match tools.executor.motion() {
+                    Motion::AtGuard if shaped => Step::SettleAbove { left: SETTLE_TICKS },
+                    _ => Step::Approach,
+                }
+            }
+            Step::SettleAbove { left: 0 } => {
+                tools.onset.reset();
+                tools.executor.enter_guarded();
+                Step::Descend
+            }
+            Step::SettleAbove { left } => Step::SettleAbove { left: left - 1 },
+            Step::Descend if tools.felt.any() => {
+                note_landing(know, tools);
+                tools.executor.stop();
+                Step::Landing
+            }
+            Step::Descend if tools.executor.at_end() => Step::SettleBelow { left: SETTLE_TICKS },
+            Step::Descend => Step::Descend,
+            Step::Landing if tools.executor.motion() == Motion::Holding => return DescentEnd::Landed,
+            Step::Landing => Step::Landing,
+            Step::SettleBelow { left: 0 } => {
+                tools.onset.reset();
+                return DescentEnd::Down;
+            }
+            Step::SettleBelow { left } => Step::SettleBelow { left: left - 1 },
+        };
+        DescentEnd::NotYet
+    }
+}
+
+/// What felt something on the way down touches; the rest of the hand is free.
+fn note_landing(know: &mut Knowledge, tools: &mut Tools) {
+    let (world_from_hand, angles) = hand::measured(tools.readings);
+    let felt = tools.felt;
+    // A full store drops the newest and counts it; the touch still counts with what it has.
+    let _ = know.store.add_free(&world_from_hand, &angles, felt.fingers.map(|f| !f));
+    for f in (0..FINGERS).filter(|f| felt.fingers[*f]) {
+        let _ = know.store.add_contact(&world_from_hand, &angles, Toucher::Finger(f), ContactKind::Landing);
+        let inner_rad = angles.inner_rad[f];
+        tools.out.event(EventKind::Contact { finger: f as u8, inner_rad, descending: true });
+    }
+    if felt.palm {
+        let _ = know.store.add_contact(&world_from_hand, &angles, Toucher::Palm, ContactKind::Landing);
+        tools.out.event(EventKind::Contact { finger: FINGERS as u8, inner_rad: 0.0, descending: true });
+    }
+}
