@@ -163,7 +163,7 @@ impl<'a> Rollout<'a> {
                 self.physics.step();
                 self.drives.feel(&self.physics, &self.robot, self.params);
                 hand_contacts(&self.physics, &self.robot, dt_s, |contact| {
-                    force_n[contact.link] += contact.force.force_n.length() / STEPS_PER_TICK as f32;
+                    force_n[contact.link] += contact.force_n() / STEPS_PER_TICK as f32;
                 });
             }
             let mut contacts = self.overlapping;

@@ -51,7 +51,7 @@ impl HandParams {
     pub fn new(model: &RobotModel, breakaway: &[f32; 3]) -> Self {
         let drive = &model.extra.hand.drive;
         let range_rad = model.joints.get(&model.extra.hand.inner_joints[0]).map_or([0.0, 2.44], |j| j.range_rad);
-        let spread_range_rad = model.joints.get(&model.extra.hand.spread_joints[0]).map_or([0.0, std::f32::consts::PI], |j| j.range_rad);
+        let spread_range_rad = model.joints.get(&model.extra.hand.spread_joints[0]).map_or([0.0, core::f32::consts::PI], |j| j.range_rad);
         let motor = MotorParams {
             speed_max_rad_s: drive.finger_speed_rad_s,
             speed_no_load_rad_s: drive.finger_speed_rad_s * assumed::NO_LOAD_SPEED_RATIO,
@@ -135,8 +135,8 @@ impl HandDrives {
 
     /// Turns the motors by `dt_s` and moves the springs' rest angles along; call before the physics step.
     pub fn drive(&mut self, physics: &mut PhysicsWorld, robot: &Robot, params: &HandParams, commands: &[HandCommand; 4], dt_s: f32) {
-        for (f, command) in commands.iter().take(3).enumerate() {
-            self.fingers[f].step(&params.fingers[f], *command, dt_s);
+        for (finger, (params, command)) in self.fingers.iter_mut().zip(params.fingers.iter().zip(commands)) {
+            finger.step(params, *command, dt_s);
         }
         self.spread.step(&params.spread, commands[3], self.spread_load_nm, dt_s);
         self.set_springs(physics, robot, params, dt_s);

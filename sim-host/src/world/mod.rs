@@ -207,11 +207,12 @@ impl World {
         for _ in 0..STEPS_PER_TICK {
             self.step(&tau_nm, &acting.hand);
             contacts::hand_contacts(&self.physics, &self.robot, dt_s, |contact| {
-                link_force_n[contact.link] += share * contact.force.force_n.length();
+                link_force_n[contact.link] += share * contact.force_n();
                 if let Some(pad) = due.filter(|pad| PAD_LINKS[*pad] == contact.link) {
-                    let mut force = contact.force;
-                    force.force_n *= share;
-                    self.pads.press(pad, &force, &mut pressure);
+                    contact.along_the_patch(|part| {
+                        let force_n = part.force_n * share;
+                        self.pads.press(pad, &tactile::LinkForce { force_n, ..*part }, &mut pressure);
+                    });
                 }
             });
             for f in 0..3 {

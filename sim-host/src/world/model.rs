@@ -395,8 +395,8 @@ fn obj_vertices(text: &str) -> Option<Vec<Vector>> {
 
 fn read_joint(joint: &urdf_rs::Joint) -> Result<JointModel, WorldError> {
     let axis = vector(&joint.axis.xyz);
-    let is_usable = axis.length() > 0.5 && joint.limit.lower < joint.limit.upper;
-    if !is_usable {
+    let sound = axis.length() > 0.5 && joint.limit.lower < joint.limit.upper; // false for NaN
+    if !sound {
         return Err(model_error(format!("joint `{}`: it needs an axis and a range", joint.name)));
     }
     Ok(JointModel {

@@ -148,13 +148,13 @@ mod tests {
 
     #[test]
     fn readings_are_whole_counts_within_range() {
-        let params = PadParams { noise_n_cm2: 0.01, threshold_n_cm2: 0.05, gain: 1.0, step_n_cm2: 1.0 / 256.0, full_scale_n_cm2: 4095.0 / 256.0 };
+        let params = PadParams { noise_n_cm2: 0.01, threshold_n_cm2: 0.05, gain: 1.0, step_n_cm2: 1.0 / 256.0, full_scale_n_cm2: 15.996_094 };
         let mut p = [0.0; PAD_CELLS];
         p[3] = 40.0;
         p[4] = 1.234;
         p[5] = 0.01;
         let image = Pads::read(0, 9, &p, &params, &mut Noise::new(1));
-        assert_eq!(image.pressure_n_cm2[3], 4095.0 / 256.0);
+        assert_eq!(image.pressure_n_cm2[3], 15.996_094);
         assert_eq!(image.pressure_n_cm2[5], 0.0);
         for v in image.pressure_n_cm2 {
             assert_eq!(v * 256.0, libm::roundf(v * 256.0));

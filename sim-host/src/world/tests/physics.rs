@@ -5,7 +5,7 @@ use tactus_common::pose::PlanarPose;
 
 /// The object out of the arm's way.
 fn aside() -> PlanarPose {
-    PlanarPose::new(-0.7, 0.4, 0.0)
+    PlanarPose::new(-0.75, 0.2, 0.0)
 }
 
 /// What a free swing of 10 s did.
@@ -127,7 +127,7 @@ fn torques_beyond_gravity_accelerate_the_arm_as_newton_and_euler_say() {
             worst = worst.max(error);
         }
         println!("from {pose:?}: accelerations {acceleration:?} rad/s^2 explain the torques to {:.2} %", worst * 100.0);
-        assert!(worst < 0.03, "{needed:?} for {applied:?}");
+        assert!(worst < 0.005, "{needed:?} for {applied:?}");
     }
 }
 
@@ -309,6 +309,11 @@ fn a_finger_that_stops_at_first_touch_hardly_moves_the_box() {
                 "seed {seed}, F{} at {speed} rad/s: stopped at {stopped:?}, force then {at_stop_n:.2} N, at most {most_n:.2} N, at rest {:.2} N; box moved {:.3} mm by the stop, {:.3} mm in all, turned {:.2} mrad",
                 finger + 1, world.link_forces_n()[link], moved_at_stop * 1e3, moved.norm() * 1e3, turned * 1e3
             );
+            assert!(stopped.is_some() && turned < 1e-3);
+            // At 0.6 rad/s the force passes the table's friction before the finger stands: touch at half that.
+            if speed < 0.5 {
+                assert!(moved.norm() < 5e-4 && most_n < 4.0, "{} m, {most_n} N", moved.norm());
+            }
         }
     }
 }
@@ -334,4 +339,34 @@ fn joints_stop_at_their_limits() {
     println!("J4 {:.1} mrad, inner {:.1} mrad, tip {:.1} mrad beyond their stops at worst", (j4_rad - 3.1) * 1e3, (inner_rad - 2.4435) * 1e3, (tip_rad - 0.8378) * 1e3);
     assert!(j4_rad > 3.09 && j4_rad < 3.12);
     assert!(inner_rad > 2.42 && inner_rad < 2.46 && tip_rad < 0.85);
+}
+
+#[test]
+fn the_pads_feel_a_squeezed_box_where_it_touches_them_and_as_hard() {
+    let scene = over_the_box(0.9);
+    let mut world = World::new(&scene, &Mismatch::none(), 0).unwrap();
+    let mut holder = Holder::new();
+    let cells = RobotModel::shipped().unwrap().extra.tactile.cells(0);
+    let mut seen = 0;
+    for tick in 0..600 {
+        let mut commands = JointCommands::idle(tick);
+        commands.hand = [HandCommand::Torque(0.6), HandCommand::Torque(0.6), HandCommand::Torque(0.6), HandCommand::Position(0.0)];
+        commands.arm_tau_nm = holder.torques(&world.readings(), &scene.arm_start_rad, &[0.0; 7], &[0.0; 7]);
+        world.tick(&commands).unwrap();
+        let Some(image) = world.tactile().filter(|image| tick > 500 && image.pad < 3) else { continue };
+        seen += 1;
+        let link = PAD_LINKS[image.pad as usize];
+        let world_from_tip = world.robot.hand_link_pose(&world.physics, link);
+        // The box's face is the plane y = const nearest to the tip: the cell nearest to it feels most.
+        let strongest = (0..PAD_CELLS).max_by(|a, b| image.pressure_n_cm2[*a].total_cmp(&image.pressure_n_cm2[*b])).unwrap();
+        let gap = |cell: &model::Cell| ((world_from_tip * cell.centre_m).y - world.object_pose().translation.y).abs();
+        let nearest = cells.iter().map(gap).fold(f32::MAX, f32::min);
+        let gap_m = gap(&cells[strongest]) - nearest;
+        let total_n: f32 = cells.iter().zip(image.pressure_n_cm2).map(|(c, p)| c.area_m2 * 1e4 * p).sum();
+        let force_n = world.link_forces_n()[link];
+        println!("pad {}: {total_n:.2} N of {force_n:.2} N, strongest cell {strongest}, {:.2} mm farther from the face than the nearest", image.pad, gap_m * 1e3);
+        assert!(gap_m < 1.5e-3);
+        assert!((0.6..1.1).contains(&(total_n / force_n)), "{total_n} of {force_n} N");
+    }
+    assert!(seen >= 20, "{seen} images");
 }
