@@ -102,7 +102,8 @@ mod tests {
 
     #[test]
     fn the_page_gives_the_loads_that_are_computed() {
-        let buses = [("CAN FD 1/5 Mbit/s, 500 Hz", Mtu::Fd, TICK_US), ("CAN 2.0 1 Mbit/s, 250 Hz", Mtu::Classic, 2 * TICK_US)];
+        let buses =
+            [("CAN FD 1/5 Mbit/s, 500 Hz", Mtu::Fd, TICK_US), ("CAN 2.0 1 Mbit/s, 250 Hz", Mtu::Classic, 2 * TICK_US)];
         for (bus, mtu, tick_us) in buses {
             let messages = messages(tick_us);
             let mut row = format!("| {bus} |");
