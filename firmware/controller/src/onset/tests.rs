@@ -119,6 +119,8 @@ fn pressing_the_other_way_is_not_contact() {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
     #[test]
     fn noise_below_half_the_threshold_is_never_contact(noise in prop::collection::vec(-0.25_f32..0.25, 500)) {
         let mut onset = Onset::default();
