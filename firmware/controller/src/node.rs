@@ -50,6 +50,8 @@ pub struct NodeStats {
     pub bad_payloads: u32,
     /// Transfers that came after the tick at which they should have taken effect.
     pub late: u32,
+    /// Transfers that never arrived whole, as later ones of their subject show.
+    pub missed: u32,
 }
 
 /// What waits for the tick at which it takes effect.
@@ -125,7 +127,10 @@ impl Node {
 
     /// Counts of what was no use.
     pub fn stats(&self) -> NodeStats {
-        self.stats
+        let sessions =
+            [self.setup.stats(), self.sensors.stats(), self.tactile.stats(), self.plan.stats(), self.rollout.stats()];
+        let missed = sessions.iter().fold(0_u32, |sum, session| sum.saturating_add(session.missed));
+        NodeStats { missed, ..self.stats }
     }
 
     /// Takes a frame from the bus. Where it completes a sensor message, the controller ticks and what it says is
