@@ -73,7 +73,7 @@ fn told_once(rig: &Rig, said: &[Said], reason: FaultReason) {
 fn stays_limp(rig: &mut Rig) {
     for _ in 0..WATCHED {
         let said = rig.sense(|_| ());
-        assert!(is_limp(&said.command.unwrap()), "tick {}: {said:?}", rig.tick());
+        assert!(is_limp(&said.command.expect("every tick is answered")), "tick {}: {said:?}", rig.tick());
         assert_eq!(said.events, [], "nothing happens any more");
     }
 }
@@ -82,7 +82,7 @@ fn stays_limp(rig: &mut Rig) {
 fn stays_held(rig: &mut Rig) {
     for _ in 0..WATCHED {
         let said = rig.sense(|_| ());
-        assert!(is_hold(&said.command.unwrap()), "tick {}: {said:?}", rig.tick());
+        assert!(is_hold(&said.command.expect("every tick is answered")), "tick {}: {said:?}", rig.tick());
         assert_eq!(said.events, [], "nothing happens any more");
     }
 }
@@ -159,7 +159,7 @@ fn a_joint_out_of_its_range_is_held_and_named() {
             for out in [limit.lower_rad - 0.03, limit.upper_rad + 0.03] {
                 let mut rig = rig.clone();
                 let said = rig.sense(|r| r.arm_q_rad[joint] = out);
-                assert!(is_hold(&said.command.unwrap()), "J{}: {said:?}", joint + 1);
+                assert!(is_hold(&said.command.expect("every tick is answered")), "J{}: {said:?}", joint + 1);
                 told_once(&rig, &[said], FaultReason::JointLimit(joint as u8));
             }
         }

@@ -499,8 +499,8 @@ impl Mission {
         // The fingers that felt something close once more from shortly before: the rollout is as short as that.
         let mut preshape = plan.preshape();
         let mut closing_rad_s = [0.0; FINGERS];
-        for f in 0..FINGERS {
-            if let Some(onset_rad) = self.last.onset_inner_rad[f] {
+        for (f, onset) in self.last.onset_inner_rad.iter().enumerate() {
+            if let Some(onset_rad) = onset {
                 preshape.inner_rad[f] = (onset_rad - CONFIRM_RUN_UP_RAD).max(preshape.inner_rad[f]);
                 closing_rad_s[f] = closing::CLOSING_RAD_S;
             }
