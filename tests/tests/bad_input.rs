@@ -102,7 +102,11 @@ fn a_box_out_of_reach_is_a_failure_with_its_reason() {
 
 #[test]
 fn damaged_scene_files_are_refused_by_file_and_place() {
-    refused(&["run", "--scenario", "/nonexistent/scene.toml"], 2, &["--scenario /nonexistent/scene.toml", "No such file"]);
+    refused(
+        &["run", "--scenario", "/nonexistent/scene.toml"],
+        2,
+        &["--scenario /nonexistent/scene.toml", "No such file"],
+    );
     refused(&["run", "--scenario", "/"], 2, &["--scenario /"]);
     for (name, from, to, words) in [
         ("cut.toml", "size_m = [0.2, 0.1, 0.2]", "size_m = [0.2, 0.1", &["line "][..]),

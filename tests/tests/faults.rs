@@ -137,7 +137,8 @@ fn every_reading_is_needed() {
     let start = Recording::shared().play(|rig, _| rig.phase() != Phase::Trial);
     for bit in 0..21 {
         let mut rig = start.clone();
-        let said: Vec<Said> = (0..4).map(|_| rig.sense(|r| r.valid = Validity(Validity::ALL.0 & !(1 << bit)))).collect();
+        let said: Vec<Said> =
+            (0..4).map(|_| rig.sense(|r| r.valid = Validity(Validity::ALL.0 & !(1 << bit)))).collect();
         told_once(&rig, &said, FaultReason::SensorInvalid);
         stays_limp(&mut rig);
     }

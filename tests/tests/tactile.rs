@@ -13,13 +13,16 @@ use tactus_tests::recording::Recording;
 const PRESSED_N_CM2: f32 = 1.0;
 /// Half extents of the box and where it stands, metres.
 const HALF_M: [f32; 3] = [0.1, 0.05, 0.1];
+/// Most that the middle of the pressed cells may be off, millimetres: half a cell.
+const OFF_MM: f32 = 2.0;
 /// A cell that much further from the box than the nearest one is hardly pressed, metres.
-const FALL_OFF_M: f32 = 0.0015;
+const FALL_OFF_M: f32 = 0.0002;
 
 /// Middle of the cells with these weights, in the tip's frame, metres.
 fn middle(weights: &[f32]) -> [f32; 3] {
     let sum: f32 = weights.iter().sum();
-    let part = |axis: usize| weights.iter().zip(&FINGERTIP_TAXELS).map(|(w, t)| w * t.centre_m[axis]).sum::<f32>() / sum;
+    let part =
+        |axis: usize| weights.iter().zip(&FINGERTIP_TAXELS).map(|(w, t)| w * t.centre_m[axis]).sum::<f32>() / sum;
     [part(0), part(1), part(2)]
 }
 
@@ -27,11 +30,7 @@ fn middle(weights: &[f32]) -> [f32; 3] {
 fn distance_m(point: [f32; 3]) -> f32 {
     let q: Vec<f32> = point.iter().zip(HALF_M).map(|(p, half)| p.abs() - half).collect();
     let outside: f32 = q.iter().map(|v| v.max(0.0).powi(2)).sum();
-    libm_sqrt(outside) + q.iter().copied().fold(f32::MIN, f32::max).min(0.0)
-}
-
-fn libm_sqrt(value: f32) -> f32 {
-    f64::from(value).sqrt() as f32
+    libm::sqrtf(outside) + q.iter().copied().fold(f32::MIN, f32::max).min(0.0)
 }
 
 #[test]
@@ -68,12 +67,15 @@ fn pressed_cells_are_those_at_the_surface_of_the_box() {
         let nearest = distances.iter().copied().fold(f32::MAX, f32::min);
         let expected: Vec<f32> = distances.iter().map(|d| (-((d - nearest) / FALL_OFF_M)).exp2()).collect();
         let (felt, expected) = (middle(&image.pressure_n_cm2), middle(&expected));
-        let distance: f32 =
-            image.pressure_n_cm2.iter().zip(&distances).map(|(p, d)| p * d).sum::<f32>() / image.pressure_n_cm2.iter().sum::<f32>();
+        let distance: f32 = image.pressure_n_cm2.iter().zip(&distances).map(|(p, d)| p * d).sum::<f32>()
+            / image.pressure_n_cm2.iter().sum::<f32>();
         found.entry(finger).or_default().push([felt[0] - expected[0], felt[2] - expected[2], distance]);
         true
     });
-    println!("mm: felt minus expected middle along and across the finger, distance of the pressed cells from the box");
+    assert_eq!(found.len(), FINGERS, "every finger has felt something");
+    println!(
+        "Medians, mm: felt minus expected middle along and across the finger, distance of the pressed cells from the box"
+    );
     for (finger, off) in &found {
         let median = |part: usize| {
             let mut values: Vec<f32> = off.iter().map(|o| o[part]).collect();
@@ -82,5 +84,7 @@ fn pressed_cells_are_those_at_the_surface_of_the_box() {
         };
         let [along, across, distance] = [0, 1, 2].map(|part| median(part) * 1e3);
         println!("  F{}: {along:+.2} {across:+.2} {distance:+.2} in {} images", finger + 1, off.len());
+        assert!(along.abs() < OFF_MM && across.abs() < OFF_MM, "F{}: not the cells that touch", finger + 1);
+        assert!(distance.abs() < OFF_MM, "F{}: {distance} mm from the box", finger + 1);
     }
 }
