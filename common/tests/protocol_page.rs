@@ -66,7 +66,7 @@ fn bytes_of(name: &str) -> [usize; 2] {
 fn rows() -> Vec<Vec<&'static str>> {
     let cells = |line: &'static str| line.split('|').skip(1).map(str::trim).collect::<Vec<_>>();
     let is_message = |first: &&str| MESSAGES.iter().any(|m| *first == format!("`{}`", m.name));
-    PAGE.lines().map(cells).filter(|cells| cells.first().is_some_and(|c| is_message(c))).collect()
+    PAGE.lines().map(cells).filter(|cells| cells.first().is_some_and(is_message)).collect()
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! Own reader on `urdf-rs`: it keeps what a physics engine needs (inertials, convex collision shapes, axes, limits,
 //! damping) and drops the rest. Every number comes from those files; what no source states is in
-//! [`super::assumed`] and says so.
+//! [`super::hand::assumed`] and says so.
 
 use super::error::WorldError;
 use rapier3d::prelude::{MassProperties, Pose, Rotation, SharedShape, Vector};
