@@ -11,13 +11,13 @@ use tactus_common::cyphal::{Header, NodeId, Priority, Sender, Session, SubjectId
 use tactus_common::limits::{FINGERS, PAYLOAD_BYTES_MAX, SILENCE_TICKS_MAX};
 use tactus_common::link::{self, SMALL_BYTES};
 use tactus_common::message::{
-    Command, Event, EventKind, Message, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, ROLLOUT_TICKS,
-    RefusalReason, RolloutRequest, RolloutResult, SensorFrame, Setup, Status, TactileSlice, node,
+    Command, Event, EventKind, Message, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS,
+    ROLLOUT_TICKS, RefusalReason, RolloutRequest, RolloutResult, SensorFrame, Setup, Status, TactileSlice, node,
 };
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::JointCommands;
-use tactus_common::robot::{FINGER_LIMIT, arm, source};
 use tactus_common::robot::hand::HandAngles;
+use tactus_common::robot::{FINGER_LIMIT, arm, source};
 use tactus_controller::node::Node;
 use tactus_hil::bus::Bus;
 use tactus_hil::virtual_bus::{VirtualBus, VirtualBusConfig};

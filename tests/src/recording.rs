@@ -8,9 +8,7 @@ use tactus_common::can::CanFrame;
 use tactus_common::cyphal::{Header, NodeId, Session};
 use tactus_common::limits::PAYLOAD_BYTES_MAX;
 use tactus_common::link;
-use tactus_common::message::{
-    Phase, PlanAnswer, RolloutResult, SensorFrame, Setup, TactileSlice, node,
-};
+use tactus_common::message::{Phase, PlanAnswer, RolloutResult, SensorFrame, Setup, TactileSlice, node};
 use tactus_common::pose::Interval;
 use tactus_sim_host::hooks::{Hooks, Passing, To};
 use tactus_sim_host::mission::{self, DEFAULT_OFFSET, MissionOptions, MissionReport, guess_around};

@@ -59,6 +59,14 @@ pub struct Said {
 }
 
 impl Said {
+    /// The joint commands, which answer every tick.
+    ///
+    /// # Panics
+    /// If the controller did not tick.
+    pub fn commands(&self) -> JointCommands {
+        self.command.expect("the controller answers every tick")
+    }
+
     /// The end of the mission, if it was announced.
     pub fn finished(&self) -> Option<Outcome> {
         self.events.iter().find_map(|event| match event.kind {

@@ -346,11 +346,8 @@ fn random_bytes_under_our_ids_never_panic_and_never_exceed_a_limit() {
                     payload.resize(63, 0);
                     let tail = TailByte { start: true, end: true, toggle: true, transfer_id: n as u8 % 32 };
                     payload.push(tail.emit());
-                    let id = Header {
-                        priority: Priority::High,
-                        subject: number,
-                        source: NodeId::new(node::WORLD).unwrap(),
-                    };
+                    let id =
+                        Header { priority: Priority::High, subject: number, source: NodeId::new(node::WORLD).unwrap() };
                     rig.deliver(&[CanFrame::new(id.id(), &payload, Mtu::Fd).unwrap()]);
                 }
                 // Anything at all.

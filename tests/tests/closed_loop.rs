@@ -23,7 +23,8 @@ fn yaw_between(a: f64, b: f64) -> f64 {
 /// The box stands at its goal by the summary's poses, not by its verdict.
 fn stands_at_its_goal(summary: &Value) {
     let [x, y] = ["x", "y"].map(|axis| {
-        let moved = number(summary, &format!("/final_object_pose/{axis}")) - number(summary, &format!("/true_pose/{axis}"));
+        let moved =
+            number(summary, &format!("/final_object_pose/{axis}")) - number(summary, &format!("/true_pose/{axis}"));
         moved - DISPLACEMENT_M[usize::from(axis == "y")]
     });
     let off_m = (x * x + y * y).sqrt();
@@ -105,7 +106,9 @@ fn a_box_told_in_words_is_found_where_it_stands() {
     let args = ["run", "--seed", "7", "--true", "0.1,-0.15,0.4", "--guess", "0.13,-0.13,0.2"];
     let (summary, ran) = summary(Profile::Release, &args);
     assert_eq!(ran.status, 0, "{}", ran.stderr);
-    assert!((number(&summary, "/guess/x") - 0.13).abs() < 1e-6 && (number(&summary, "/true_pose/phi") - 0.4).abs() < 1e-6);
+    assert!(
+        (number(&summary, "/guess/x") - 0.13).abs() < 1e-6 && (number(&summary, "/true_pose/phi") - 0.4).abs() < 1e-6
+    );
     transported(&summary);
 }
 

@@ -40,8 +40,9 @@ fn trials_do_not_depend_on_the_number_of_jobs_nor_on_the_build() {
 fn without_wall_time(file: &str) -> Vec<Vec<String>> {
     let mut reader = csv::Reader::from_path(file).expect("a CSV");
     let heading: Vec<String> = reader.headers().expect("a heading").iter().map(str::to_owned).collect();
-    let keep: Vec<usize> =
-        (0..heading.len()).filter(|i| !heading[*i].contains("wall_time") && !heading[*i].contains("update_time")).collect();
+    let keep: Vec<usize> = (0..heading.len())
+        .filter(|i| !heading[*i].contains("wall_time") && !heading[*i].contains("update_time"))
+        .collect();
     assert_eq!(keep.len() + 1, heading.len(), "one column tells wall time: {heading:?}");
     let mut lines = vec![heading];
     lines.extend(reader.records().map(|r| r.expect("a line").iter().map(str::to_owned).collect()));

@@ -73,7 +73,7 @@ fn told_once(rig: &Rig, said: &[Said], reason: FaultReason) {
 fn stays_limp(rig: &mut Rig) {
     for _ in 0..WATCHED {
         let said = rig.sense(|_| ());
-        assert!(is_limp(&said.command.expect("every tick is answered")), "tick {}: {said:?}", rig.tick());
+        assert!(is_limp(&said.commands()), "tick {}: {said:?}", rig.tick());
         assert_eq!(said.events, [], "nothing happens any more");
     }
 }
@@ -82,7 +82,7 @@ fn stays_limp(rig: &mut Rig) {
 fn stays_held(rig: &mut Rig) {
     for _ in 0..WATCHED {
         let said = rig.sense(|_| ());
-        assert!(is_hold(&said.command.expect("every tick is answered")), "tick {}: {said:?}", rig.tick());
+        assert!(is_hold(&said.commands()), "tick {}: {said:?}", rig.tick());
         assert_eq!(said.events, [], "nothing happens any more");
     }
 }
@@ -93,7 +93,7 @@ fn silence_of_twenty_ticks_makes_limp_at_the_twentieth() {
         let said: Vec<Said> = (0..SILENCE_TICKS_MAX).map(|_| rig.silence()).collect();
         let (last, before) = said.split_last().unwrap();
         assert!(before.iter().all(|s| s.fault().is_none()), "not before the twentieth");
-        assert!(is_limp(&last.command.unwrap()), "{last:?}");
+        assert!(is_limp(&last.commands()), "{last:?}");
         told_once(&rig, &said, FaultReason::HostSilent);
         // A world that comes back finds the robot safe.
         stays_limp(&mut rig);
@@ -126,7 +126,7 @@ fn angles_that_are_not_finite_or_not_measured_make_limp() {
         for spoil in ways {
             let mut rig = rig.clone();
             let said: Vec<Said> = (0..4).map(|_| rig.sense(spoil)).collect();
-            assert!(is_limp(&said[3].command.unwrap()), "{said:?}");
+            assert!(is_limp(&said[3].commands()), "{said:?}");
             told_once(&rig, &said, FaultReason::SensorInvalid);
         }
     }
@@ -137,7 +137,8 @@ fn every_reading_is_needed() {
     let start = Recording::shared().play(|rig, _| rig.phase() != Phase::Trial);
     for bit in 0..21 {
         let mut rig = start.clone();
-        let said: Vec<Said> = (0..4).map(|_| rig.sense(|r| r.valid = Validity(Validity::ALL.0 & !(1 << bit)))).collect();
+        let said: Vec<Said> =
+            (0..4).map(|_| rig.sense(|r| r.valid = Validity(Validity::ALL.0 & !(1 << bit)))).collect();
         told_once(&rig, &said, FaultReason::SensorInvalid);
         stays_limp(&mut rig);
     }
@@ -159,7 +160,7 @@ fn a_joint_out_of_its_range_is_held_and_named() {
             for out in [limit.lower_rad - 0.03, limit.upper_rad + 0.03] {
                 let mut rig = rig.clone();
                 let said = rig.sense(|r| r.arm_q_rad[joint] = out);
-                assert!(is_hold(&said.command.expect("every tick is answered")), "J{}: {said:?}", joint + 1);
+                assert!(is_hold(&said.commands()), "J{}: {said:?}", joint + 1);
                 told_once(&rig, &[said], FaultReason::JointLimit(joint as u8));
             }
         }
@@ -178,7 +179,7 @@ fn a_joint_that_runs_away_is_held_and_named() {
                 said.push(rig.sense(|r| r.arm_q_rad[joint] += direction * 0.02 * tick as f32));
             }
             told_once(&rig, &said, FaultReason::JointSpeed(joint as u8));
-            assert!(is_hold(&said[7].command.unwrap()));
+            assert!(is_hold(&said[7].commands()));
         }
     }
 }

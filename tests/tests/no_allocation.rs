@@ -25,7 +25,10 @@ fn note() {
     });
 }
 
-#[allow(unsafe_code, reason = "a global allocator cannot be written without; it only counts and hands on to the system's")]
+#[allow(
+    unsafe_code,
+    reason = "a global allocator cannot be written without; it only counts and hands on to the system's"
+)]
 // SAFETY: every call goes to `System` unchanged, which keeps the contract. Counting uses const-initialised thread
 // locals without destructor, so it never allocates itself.
 unsafe impl GlobalAlloc for Counting {

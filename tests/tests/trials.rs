@@ -29,7 +29,8 @@ fn a_batch_writes_a_line_for_each_mission_and_a_line_of_statistics() {
     let dir = env!("CARGO_TARGET_TMPDIR");
     let (table, json) = (format!("{dir}/trials.csv"), format!("{dir}/trials.json"));
     let offset = [0.03_f32, 0.02, 0.2];
-    let args = ["trials", "--count", "4", "--seed", "100", "--offset", "0.03,0.02,0.2", "--csv", &table, "--summary", &json];
+    let args =
+        ["trials", "--count", "4", "--seed", "100", "--offset", "0.03,0.02,0.2", "--csv", &table, "--summary", &json];
     let ran = run(&args);
     assert_eq!(ran.status, 0, "{}", ran.stderr);
 
@@ -73,7 +74,8 @@ fn a_batch_writes_a_line_for_each_mission_and_a_line_of_statistics() {
 fn a_batch_of_failures_exits_0_and_says_so() {
     // The object stands where the arm cannot reach over it.
     let file = format!("{}/far_away.toml", env!("CARGO_TARGET_TMPDIR"));
-    let scene = include_str!("../../sim-host/scenarios/thesis_box.toml").replace("displacement_m = [-0.5, 0.0]", "displacement_m = [-0.5, 1.2]");
+    let scene = include_str!("../../sim-host/scenarios/thesis_box.toml")
+        .replace("displacement_m = [-0.5, 0.0]", "displacement_m = [-0.5, 1.2]");
     assert!(scene.contains("1.2"), "the shipped scene names its displacement");
     std::fs::write(&file, scene).unwrap();
     let ran = run(&["trials", "--count", "2", "--seed", "7", "--scenario", &file]);

@@ -9,23 +9,24 @@ mod descent;
 mod grasp;
 mod grip;
 mod hand;
+mod knowledge;
 mod recover;
 mod trial;
 
-use crate::belief::{Belief, Prior, Readiness, Tolerance};
+use crate::belief::{Readiness, Tolerance};
 use crate::controller::Outputs;
-use crate::evidence::EvidenceStore;
 use crate::executor::Executor;
 use crate::onset::{Felt, Onset};
-use crate::touch::{Chooser, RankedTouches, TouchHistory, TouchPlan};
+use crate::touch::{Chooser, RankedTouches, TouchPlan};
 use crate::update::{Progress, Update, UpdateConfig};
 use carry::{Carry, CarryEnd};
 use grasp::{Grasp, GraspEnd, grasp_plan};
+use knowledge::Knowledge;
 use recover::{Recover, RecoverEnd};
 use tactus_common::limits::{ARM_JOINTS, FINGERS, HAND_MOTORS, PADS};
 use tactus_common::message::{
     EventKind, FailureReason, FaultReason, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, RefusalReason,
-    RolloutRequest, RolloutResult, SCHEMA_VERSION, Setup, Status,
+    RolloutRequest, RolloutResult, Setup, Status,
 };
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::{HandCommand, JointReadings, TactileImage};
@@ -43,8 +44,6 @@ const CONFIRM_RAD: f32 = 0.03;
 /// The foretold closing begins this much before the angle at which something was felt, radians: half of what 0.6 s
 /// of closing sweep.
 const CONFIRM_RUN_UP_RAD: f32 = 0.1;
-/// Lengths (metres) and angles (radians) of a set-up beyond this make no sense on a table.
-const SETUP_MAX: f32 = 10.0;
 /// Times that the object may be lost and searched for anew.
 const LOSSES_MAX: u8 = 1;
 /// Grasps that may fail before the mission gives up.
@@ -118,28 +117,6 @@ struct LastTouch {
     onset_inner_rad: [Option<f32>; FINGERS],
 }
 
-/// What one mission was told and has learnt.
-#[derive(Clone, Debug)]
-struct Knowledge {
-    setup: Setup,
-    prior: Prior,
-    belief: Belief,
-    store: EvidenceStore,
-    history: TouchHistory,
-    /// Where the object is to stand, once it has been grasped for the first time.
-    goal: Option<PlanarPose>,
-}
-
-impl Knowledge {
-    /// Displacement of the object that remains, metres.
-    fn displacement_m(&self) -> [f32; 2] {
-        match self.goal {
-            None => self.setup.displacement_m,
-            Some(goal) => [goal.x_m - self.belief.pose().x_m, goal.y_m - self.belief.pose().y_m],
-        }
-    }
-}
-
 /// The mission's state machine.
 #[derive(Clone, Debug, Default)]
 pub struct Mission {
@@ -176,30 +153,7 @@ impl Mission {
     /// [`FaultReason::SchemaMismatch`], or [`FaultReason::BadSetup`] for values that make no sense.
     pub fn begin(&mut self, setup: &Setup) -> Result<(), FaultReason> {
         *self = Self::default();
-        if u64::from_le_bytes(setup.schema_version) != SCHEMA_VERSION {
-            return Err(FaultReason::SchemaMismatch);
-        }
-        // Comparisons with a NaN are false.
-        let near = |v: &f32| v.abs() <= SETUP_MAX;
-        let sound = setup.shape.is_valid()
-            && setup.shape.half_extents_m().iter().all(near)
-            && setup.guess.to_array().iter().all(near)
-            && setup.interval.to_array().iter().all(|w| *w >= 0.0 && near(w))
-            && setup.displacement_m.iter().all(near)
-            && (0.0..=10.0).contains(&setup.mass_kg)
-            && setup.trials_max > 0;
-        if !sound {
-            return Err(FaultReason::BadSetup);
-        }
-        let prior = Prior { guess: setup.guess, interval: setup.interval, shape: setup.shape };
-        self.knowledge = Some(Knowledge {
-            setup: *setup,
-            prior,
-            belief: Belief::from_prior(&prior),
-            store: EvidenceStore::new(setup.shape.top_height_m()),
-            history: TouchHistory::default(),
-            goal: None,
-        });
+        self.knowledge = Some(Knowledge::new(setup)?);
         Ok(())
     }
 
@@ -231,7 +185,7 @@ impl Mission {
     /// A status message.
     pub fn status(&self, tick: u32, phase: Phase) -> Status {
         let (belief, covariance, evidence) = match &self.knowledge {
-            Some(k) => (k.belief.pose(), upper_triangle(&k.belief), k.store.contacts().len() as u8),
+            Some(k) => (k.belief.pose(), k.covariance(), k.store.contacts().len() as u8),
             None => (PlanarPose::default(), [0.0; 6], 0),
         };
         Status { tick, phase, belief, covariance, evidence, touches: self.touches }
@@ -309,11 +263,7 @@ impl Mission {
                     ));
                     self.yaw_in_hand_rad = recover::hand_yaw_rad(tools) - believed.phi_rad;
                     let request = self.request(Purpose::Transport, know, tools);
-                    tools.out.plan_request = Some(PlanRequest {
-                        preshape,
-                        displacement_m,
-                        ..request
-                    });
+                    tools.out.plan_request = Some(PlanRequest { preshape, displacement_m, ..request });
                     Doing::AskingTransport { waited: 0 }
                 }
                 GraspEnd::Landed | GraspEnd::Missed => {
@@ -390,7 +340,7 @@ impl Mission {
             preshape: Default::default(),
             displacement_m: [0.0; 2],
             belief: know.belief.pose(),
-            covariance: upper_triangle(&know.belief),
+            covariance: know.covariance(),
         }
     }
 
@@ -448,10 +398,7 @@ impl Mission {
         know.store.begin_touch();
         know.history.note(touch.plan.id, &know.belief.pose());
         self.touches += 1;
-        tools.out.event(EventKind::Touch {
-            candidate: touch.plan.id,
-            information_nats: touch.gain,
-        });
+        tools.out.event(EventKind::Touch { candidate: touch.plan.id, information_nats: touch.gain });
         Doing::Touching(Trial::new(&touch.plan))
     }
 
@@ -467,7 +414,7 @@ impl Mission {
         let confident = readiness == Readiness::Ready || (spent && know.belief.is_confident(&LAST_RESORT));
         tools.out.event(EventKind::Updated {
             belief: know.belief.pose(),
-            covariance: upper_triangle(&know.belief),
+            covariance: know.covariance(),
             evaluations: update.stats().evaluations,
             modes: update.stats().modes,
             confident,
@@ -526,20 +473,13 @@ impl Mission {
             (None, _) => true,
         });
         tools.out.event(EventKind::Confirmed(agrees));
-        if agrees || self.touches >= know.setup.trials_max {
-            self.ask_grasp(0, know, tools)
-        } else {
-            self.choose(know)
-        }
+        if agrees || self.touches >= know.setup.trials_max { self.ask_grasp(0, know, tools) } else { self.choose(know) }
     }
 
     /// Forgets where the object was: it lies somewhere around the place where it was lost.
     fn search_anew(&mut self, know: &mut Knowledge, tools: &Tools) {
         let (guess, interval) = recover::search_region(tools, self.yaw_in_hand_rad);
-        know.prior = Prior { guess, interval, shape: know.setup.shape };
-        know.belief = Belief::from_prior(&know.prior);
-        know.store.clear();
-        know.history = TouchHistory::default();
+        know.search_anew(guess, interval);
         self.last = LastTouch::default();
     }
 
@@ -582,12 +522,6 @@ fn load(executor: &mut Executor, trajectory: &Trajectory) -> Answer {
         Ok(()) => Answer::Accepted,
         Err(_) => Answer::Refused(RefusalReason::NoPath),
     }
-}
-
-/// Upper triangle of a belief's covariance: xx, xy, xphi, yy, yphi, phiphi.
-fn upper_triangle(belief: &Belief) -> [f32; 6] {
-    let c = belief.covariance();
-    [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]]
 }
 
 #[cfg(test)]

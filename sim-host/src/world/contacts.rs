@@ -115,7 +115,12 @@ mod tests {
     fn line(left_n: f32, right_n: f32) -> HandContact {
         let force = |x: f32, n: f32| LinkForce { point_m: Vector::new(x, 0.0, 0.0), force_n: Vector::Y * n };
         let none = force(0.0, 0.0);
-        HandContact { link: 3, other: ColliderHandle::invalid(), points: [force(0.0, left_n), force(0.02, right_n), none, none], count: 2 }
+        HandContact {
+            link: 3,
+            other: ColliderHandle::invalid(),
+            points: [force(0.0, left_n), force(0.02, right_n), none, none],
+            count: 2,
+        }
     }
 
     #[test]

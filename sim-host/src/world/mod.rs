@@ -32,8 +32,8 @@ pub use mismatch::Mismatch;
 pub use scene::Scene;
 
 use digest::Fnv;
-use integrator::Midpoint;
 use hand::{HandDrives, HandParams};
+use integrator::Midpoint;
 use model::RobotModel;
 use nalgebra::Isometry3;
 use noise::Noise;
@@ -42,7 +42,7 @@ use robot::{Robot, Root};
 use sensors::Sensors;
 use std::collections::VecDeque;
 use tactile::{PadParams, Pads};
-use tactus_common::limits::{HAND_LINKS, PADS, PAD_CELLS, TICK_S};
+use tactus_common::limits::{HAND_LINKS, PAD_CELLS, PADS, TICK_S};
 use tactus_common::reading::{HandCommand, JointCommands, JointReadings, TactileImage};
 
 /// Physics steps in one tick: 4 of 0.5 ms (see the energy test for what that costs in accuracy).
@@ -308,7 +308,8 @@ impl World {
     /// Ideal contact sensor of the method's own study, which the real hand lacks: bit i = hand link i is touched
     /// with at least [`LINK_CONTACT_N`] (contact-matrix order).
     pub fn link_contacts(&self) -> u16 {
-        let touched = |bits: u16, (i, force): (usize, &f32)| if *force >= LINK_CONTACT_N { bits | 1 << i } else { bits };
+        let touched =
+            |bits: u16, (i, force): (usize, &f32)| if *force >= LINK_CONTACT_N { bits | 1 << i } else { bits };
         self.state.link_force_n.iter().enumerate().fold(0, touched)
     }
 

@@ -39,7 +39,11 @@ fn a_restored_world_goes_on_bit_for_bit() {
 #[test]
 fn overlapping_bodies_are_refused_by_name() {
     let hand = World::new(&Scene::default(), &Mismatch::none(), 0).unwrap().hand_pose().translation.vector;
-    let scene = Scene { object: tactus_common::pose::PlanarPose::new(hand.x, hand.y, 0.0), half_extents_m: [0.1, 0.05, 0.25], ..Scene::default() };
+    let scene = Scene {
+        object: tactus_common::pose::PlanarPose::new(hand.x, hand.y, 0.0),
+        half_extents_m: [0.1, 0.05, 0.25],
+        ..Scene::default()
+    };
     let error = World::new(&scene, &Mismatch::none(), 0).err().unwrap();
     assert!(matches!(error, WorldError::Interpenetration { depth_m, .. } if depth_m > 0.001), "{error}");
     assert!(error.to_string().contains("object"), "{error}");
@@ -78,7 +82,11 @@ fn the_world_and_the_controllers_tables_agree_on_the_robot() {
     let links = robot::hand::link_poses(&hand, &HandAngles::engaged(start.inner_rad, start.spread_rad));
     for (index, (ours, theirs)) in world.hand_link_poses().iter().zip(&links).enumerate() {
         let apart_m = (ours.translation.vector - theirs.translation.vector).norm();
-        assert!(apart_m < 2e-6 && ours.rotation.angle_to(&theirs.rotation) < 1e-5, "{}: {apart_m} m", HAND_LINK_NAMES[index]);
+        assert!(
+            apart_m < 2e-6 && ours.rotation.angle_to(&theirs.rotation) < 1e-5,
+            "{}: {apart_m} m",
+            HAND_LINK_NAMES[index]
+        );
     }
     let model = RobotModel::shipped().unwrap();
     for pad in 0..PADS {

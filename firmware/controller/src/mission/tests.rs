@@ -2,9 +2,11 @@
 
 extern crate std;
 
+use super::knowledge::SETUP_MAX;
 use super::*;
 use crate::testing::{BOX, Desk, TRUTH, plan, rollout, setup};
 use std::vec::Vec;
+use tactus_common::message::SCHEMA_VERSION;
 use tactus_common::pose::{Interval, wrap};
 
 /// A touch takes 5,000 ticks at most on this bench; missions that take longer than this hang.

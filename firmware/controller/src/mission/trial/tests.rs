@@ -165,7 +165,7 @@ fn a_palm_that_feels_something_on_the_way_down_ends_the_touch_as_well() {
 fn what_is_felt_on_the_way_to_the_place_above_is_not_evidence() {
     let mut rig = Rig::new(0, &TRUTH);
     rig.desk.bench.remove_object();
-    rig.desk.felt = Felt { fingers: [true; FINGERS], palm: false };
+    rig.desk.felt = Felt { fingers: [true; FINGERS], palm: false, ..Felt::default() };
     rig.until(|rig| rig.desk.executor.motion() == Motion::AtGuard);
     rig.desk.felt = Felt::default();
     rig.until_over();

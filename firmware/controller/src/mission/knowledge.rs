@@ -1,0 +1,85 @@
+//! What one mission was told and has learnt.
+
+use crate::belief::{Belief, Prior};
+use crate::evidence::EvidenceStore;
+use crate::touch::TouchHistory;
+use tactus_common::message::{FaultReason, SCHEMA_VERSION, Setup};
+use tactus_common::pose::{Interval, PlanarPose};
+
+/// Lengths (metres), angles (radians) and masses (kilograms) of a set-up beyond this make no sense on a table.
+pub const SETUP_MAX: f32 = 10.0;
+
+/// What one mission was told and has learnt.
+#[derive(Clone, Debug)]
+pub struct Knowledge {
+    /// As told.
+    pub setup: Setup,
+    /// Where the object may be at all.
+    pub prior: Prior,
+    /// Where it is believed to be.
+    pub belief: Belief,
+    /// What was felt.
+    pub store: EvidenceStore,
+    /// The touches made.
+    pub history: TouchHistory,
+    /// Where the object is to stand, once it has been grasped for the first time.
+    pub goal: Option<PlanarPose>,
+}
+
+impl Knowledge {
+    /// What a set-up tells.
+    ///
+    /// # Errors
+    /// [`FaultReason::SchemaMismatch`], or [`FaultReason::BadSetup`] for values that make no sense.
+    pub fn new(setup: &Setup) -> Result<Self, FaultReason> {
+        if u64::from_le_bytes(setup.schema_version) != SCHEMA_VERSION {
+            return Err(FaultReason::SchemaMismatch);
+        }
+        if !is_sound(setup) {
+            return Err(FaultReason::BadSetup);
+        }
+        let prior = Prior { guess: setup.guess, interval: setup.interval, shape: setup.shape };
+        Ok(Self {
+            setup: *setup,
+            prior,
+            belief: Belief::from_prior(&prior),
+            store: EvidenceStore::new(setup.shape.top_height_m()),
+            history: TouchHistory::default(),
+            goal: None,
+        })
+    }
+
+    /// Forgets where the object was: it lies somewhere in `guess +- interval`.
+    pub fn search_anew(&mut self, guess: PlanarPose, interval: Interval) {
+        self.prior = Prior { guess, interval, shape: self.setup.shape };
+        self.belief = Belief::from_prior(&self.prior);
+        self.store.clear();
+        self.history = TouchHistory::default();
+    }
+
+    /// Displacement of the object that remains, metres.
+    pub fn displacement_m(&self) -> [f32; 2] {
+        match self.goal {
+            None => self.setup.displacement_m,
+            Some(goal) => [goal.x_m - self.belief.pose().x_m, goal.y_m - self.belief.pose().y_m],
+        }
+    }
+
+    /// Upper triangle of the belief's covariance: xx, xy, xphi, yy, yphi, phiphi.
+    pub fn covariance(&self) -> [f32; 6] {
+        let c = self.belief.covariance();
+        [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]]
+    }
+}
+
+/// Finite and of a size that a table has. Comparisons with a NaN are false.
+fn is_sound(setup: &Setup) -> bool {
+    let near = |v: &f32| v.abs() <= SETUP_MAX;
+    setup.shape.is_valid()
+        && setup.shape.half_extents_m().iter().all(near)
+        && setup.guess.to_array().iter().all(near)
+        && setup.interval.to_array().iter().all(|w| *w >= 0.0 && near(w))
+        && setup.displacement_m.iter().all(near)
+        && (0.0..=SETUP_MAX).contains(&setup.mass_kg)
+        && setup.trials_max > 0
+}
