@@ -53,7 +53,10 @@ pub fn dimensions(chain: &[&Joint]) -> Result<Dimensions, String> {
         }
         if (0..3).any(|k| (j.origin.xyz[k] - expected[i][k]).abs() > 1e-9) {
             let xyz = j.origin.xyz.0;
-            return Err(format!("{FILE}: joint `{}`: origin xyz {xyz:?}; the closed-form inverse kinematics expects {:?}", j.name, expected[i]));
+            return Err(format!(
+                "{FILE}: joint `{}`: origin xyz {xyz:?}; the closed-form inverse kinematics expects {:?}",
+                j.name, expected[i]
+            ));
         }
     }
     let d = Dimensions {
@@ -64,7 +67,9 @@ pub fn dimensions(chain: &[&Joint]) -> Result<Dimensions, String> {
         flange_m: expected[7][2],
     };
     if [d.shoulder_height_m, d.upper_arm_m, d.elbow_offset_m, d.forearm_m, d.flange_m].iter().any(|l| *l <= 0.0) {
-        return Err(format!("{FILE}: arm: a length of the chain is 0 or less; expected shoulder, upper arm, elbow offset, forearm, flange above 0"));
+        return Err(format!(
+            "{FILE}: arm: a length of the chain is 0 or less; expected shoulder, upper arm, elbow offset, forearm, flange above 0"
+        ));
     }
     Ok(d)
 }

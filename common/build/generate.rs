@@ -37,7 +37,12 @@ fn limit(j: &Joint) -> String {
 fn inertial(b: Body) -> String {
     let m = b.inertia;
     let six = [m[0][0], m[0][1], m[0][2], m[1][1], m[1][2], m[2][2]];
-    format!("Inertial {{ mass_kg: {}, com_m: {}, inertia_kg_m2: {} }}", number(b.mass_kg), numbers(&b.com_m), numbers(&six))
+    format!(
+        "Inertial {{ mass_kg: {}, com_m: {}, inertia_kg_m2: {} }}",
+        number(b.mass_kg),
+        numbers(&b.com_m),
+        numbers(&six)
+    )
 }
 
 fn prism(p: &Prism) -> String {
@@ -46,7 +51,12 @@ fn prism(p: &Prism) -> String {
 }
 
 fn taxel(t: Taxel) -> String {
-    format!("Taxel {{ centre_m: {}, normal: {}, area_m2: {} }}", numbers(&t.centre_m), numbers(&t.normal), number(t.area_m2))
+    format!(
+        "Taxel {{ centre_m: {}, normal: {}, area_m2: {} }}",
+        numbers(&t.centre_m),
+        numbers(&t.normal),
+        number(t.area_m2)
+    )
 }
 
 /// Collects constants with their documentation.
@@ -94,13 +104,28 @@ fn arm_tables(t: &mut Tables, robot: &Robot, s: &Settings) -> Result<(), String>
         inertials.push(inertial(body(link(robot, &j.child.link)?)));
     }
     let damping = |j: &&Joint| number(j.dynamics.as_ref().map_or(0.0, |d| d.damping));
-    t.add("MOUNT_XYZ_M", "[f32; 3]", &numbers(&[s.mount.x_m, s.mount.y_m, s.mount.z_m]), "Origin of the arm's base frame in the world, metres.");
+    t.add(
+        "MOUNT_XYZ_M",
+        "[f32; 3]",
+        &numbers(&[s.mount.x_m, s.mount.y_m, s.mount.z_m]),
+        "Origin of the arm's base frame in the world, metres.",
+    );
     t.scalar("MOUNT_YAW_RAD", s.mount.yaw_rad, "Yaw of the arm's base frame in the world, radians.");
-    t.add("ARM_ORIGINS", "[JointOrigin; 7]", &list(joints, |j| origin(j)), "Frame of each arm link at zero in the frame of the link before it.");
+    t.add(
+        "ARM_ORIGINS",
+        "[JointOrigin; 7]",
+        &list(joints, |j| origin(j)),
+        "Frame of each arm link at zero in the frame of the link before it.",
+    );
     t.add("HAND_MOUNT", "JointOrigin", &origin(chain[7]), "The hand frame in the frame of arm link 7.");
     t.add("ARM_LIMITS", "[JointLimit; 7]", &list(joints, |j| limit(j)), "Limits of J1..J7.");
     t.add("ARM_DAMPING_NMS_RAD", "[f32; 7]", &list(joints, damping), "Viscous damping of J1..J7, N m s/rad.");
-    t.add("ARM_INERTIALS", "[Inertial; 7]", &format!("[{}]", inertials.join(", ")), "Mass properties of arm links 1..7, each in its link's frame; the hand is not included.");
+    t.add(
+        "ARM_INERTIALS",
+        "[Inertial; 7]",
+        &format!("[{}]", inertials.join(", ")),
+        "Mass properties of arm links 1..7, each in its link's frame; the hand is not included.",
+    );
     t.scalar("SHOULDER_HEIGHT_M", d.shoulder_height_m, "Shoulder centre above the base frame's origin, metres.");
     t.scalar("UPPER_ARM_M", d.upper_arm_m, "Shoulder centre to elbow axis along the upper arm, metres.");
     t.scalar("ELBOW_OFFSET_M", d.elbow_offset_m, "Elbow axis (J4) off the axes of upper arm and forearm, metres.");
@@ -110,8 +135,16 @@ fn arm_tables(t: &mut Tables, robot: &Robot, s: &Settings) -> Result<(), String>
     t.seven("TRANSMISSION", &a.transmission, "Motor turns per joint turn, J1..J7.");
     t.seven("ROTOR_INERTIA_KG_M2", &a.rotor_inertia_kg_m2, "Rotor inertia reflected to the joint, J1..J7, kg m^2.");
     t.seven("ARM_TORQUE_CONTINUOUS_NM", &a.torque_continuous_nm, "Torque that a joint can hold for ever, J1..J7, N m.");
-    t.seven("ARM_KP_NM_RAD", &a.position_loop_kp_nm_rad, "Proportional gain of Barrett's own position loop, J1..J7, N m/rad.");
-    t.seven("ARM_KD_NMS_RAD", &a.position_loop_kd_nms_rad, "Derivative gain of Barrett's own position loop, J1..J7, N m s/rad.");
+    t.seven(
+        "ARM_KP_NM_RAD",
+        &a.position_loop_kp_nm_rad,
+        "Proportional gain of Barrett's own position loop, J1..J7, N m/rad.",
+    );
+    t.seven(
+        "ARM_KD_NMS_RAD",
+        &a.position_loop_kd_nms_rad,
+        "Derivative gain of Barrett's own position loop, J1..J7, N m s/rad.",
+    );
     t.seven("ARM_LOOP_LIMIT_NM", &a.position_loop_limit_nm, "Limit of the position loop's output, J1..J7, N m.");
     t.count("ARM_MOTOR_COUNTS", a.encoder_counts_per_motor_turn, "Encoder counts per motor turn of the arm.");
     let rows = list(&a.motor_from_joint, |row| numbers(row));
@@ -119,7 +152,12 @@ fn arm_tables(t: &mut Tables, robot: &Robot, s: &Settings) -> Result<(), String>
     Ok(())
 }
 
-fn hand_tables(t: &mut Tables, robot: &Robot, s: &Settings, mesh: &dyn Fn(&str) -> Result<String, String>) -> Result<(), String> {
+fn hand_tables(
+    t: &mut Tables,
+    robot: &Robot,
+    s: &Settings,
+    mesh: &dyn Fn(&str) -> Result<String, String>,
+) -> Result<(), String> {
     let j = hand::joints(robot, s)?;
     let mut prisms = Vec::new();
     let mut inertials = Vec::new();
@@ -128,20 +166,40 @@ fn hand_tables(t: &mut Tables, robot: &Robot, s: &Settings, mesh: &dyn Fn(&str) 
         prisms.push(hand::prism(l, mesh)?);
         inertials.push(inertial(body(l)));
     }
-    t.add("SPREAD_ORIGINS", "[JointOrigin; 2]", &list(j.spread, origin), "Knuckles F1, F2 at spread 0 in the hand frame.");
-    t.add("INNER_ORIGINS", "[JointOrigin; 3]", &list(j.inner, origin), "Inner links at 0: F1, F2 in their knuckle's frame, F3 in the hand frame.");
+    t.add(
+        "SPREAD_ORIGINS",
+        "[JointOrigin; 2]",
+        &list(j.spread, origin),
+        "Knuckles F1, F2 at spread 0 in the hand frame.",
+    );
+    t.add(
+        "INNER_ORIGINS",
+        "[JointOrigin; 3]",
+        &list(j.inner, origin),
+        "Inner links at 0: F1, F2 in their knuckle's frame, F3 in the hand frame.",
+    );
     t.add("TIP_ORIGINS", "[JointOrigin; 3]", &list(j.tip, origin), "Tips at 0 in their inner link's frame.");
     t.add("FINGER_LIMIT", "JointLimit", &limit(j.inner[0]), "Limits of an inner link.");
     t.add("TIP_LIMIT", "JointLimit", &limit(j.tip[0]), "Limits of a tip against its inner link.");
     t.add("SPREAD_LIMIT", "JointLimit", &limit(j.spread[0]), "Limits of the spread.");
-    t.add("HAND_INERTIALS", "[Inertial; 9]", &format!("[{}]", inertials.join(", ")), "Mass properties of the hand's links, each in its link's frame, in the order of `HandLink::ALL`.");
+    t.add(
+        "HAND_INERTIALS",
+        "[Inertial; 9]",
+        &format!("[{}]", inertials.join(", ")),
+        "Mass properties of the hand's links, each in its link's frame, in the order of `HandLink::ALL`.",
+    );
     let doc = "The whole hand as one body in the hand frame: spread 0, fingers half closed.";
     t.add("HAND_LUMPED", "Inertial", &inertial(hand::lumped(robot, s, &j)?), doc);
     let doc = "Collision shapes of the hand's links in their own frames, in the order of `HandLink::ALL`.";
     t.add("HAND_PRISMS", "[Prism; 9]", &list(&prisms, prism), doc);
     let doc = "Cells of a fingertip pad in the tip link's frame; index 3 * row + column.";
     t.add("FINGERTIP_TAXELS", "[Taxel; 24]", &list(hand::fingertip_taxels(s, &prisms[3])?, taxel), doc);
-    t.add("PALM_TAXELS", "[Taxel; 24]", &list(hand::palm_taxels(s, &prisms[0])?, taxel), "Cells of the palm pad in the hand frame.");
+    t.add(
+        "PALM_TAXELS",
+        "[Taxel; 24]",
+        &list(hand::palm_taxels(s, &prisms[0])?, taxel),
+        "Cells of the palm pad in the hand frame.",
+    );
     Ok(())
 }
 
@@ -149,26 +207,55 @@ fn drive_tables(t: &mut Tables, s: &Settings) {
     let (h, d, g, p) = (&s.hand, &s.hand.drive, &s.hand.tip_torque, &s.tactile);
     t.scalar("PALM_FACE_Z_M", h.palm_face_z_m, "Palm face above the mounting plane, metres along the hand's z.");
     t.scalar("GRASP_POINT_Z_M", h.grasp_point_z_m, "Where a grasped object's middle is, metres along the hand's z.");
-    t.add("PAD_POINT_M", "[f32; 2]", &numbers(&h.pad_point_m), "Reference point of a fingertip pad in the tip's frame, x and y, metres.");
+    t.add(
+        "PAD_POINT_M",
+        "[f32; 2]",
+        &numbers(&h.pad_point_m),
+        "Reference point of a fingertip pad in the tip's frame, x and y, metres.",
+    );
     t.scalar("TIP_LENGTH_M", h.tip_length_m, "PIP axis to the end of the tip, metres.");
     t.scalar("GEAR_INNER", d.gear_inner, "Finger motor to inner link, engaged.");
     t.scalar("GEAR_DISTAL_ENGAGED", d.gear_distal_engaged, "Finger motor to tip relative to the inner link, engaged.");
-    t.scalar("GEAR_DISTAL_ABSOLUTE", d.gear_distal_absolute, "Finger motor to tip relative to the palm, engaged or broken away.");
+    t.scalar(
+        "GEAR_DISTAL_ABSOLUTE",
+        d.gear_distal_absolute,
+        "Finger motor to tip relative to the palm, engaged or broken away.",
+    );
     t.scalar("GEAR_SPREAD", d.gear_spread, "Spread motor to spread.");
     t.scalar("GEAR_SECONDARY", d.gear_secondary, "Secondary encoder to inner link.");
     t.count("HAND_MOTOR_COUNTS", d.motor_counts_per_turn, "Encoder counts per motor turn of the hand.");
     t.count("SECONDARY_COUNTS", d.secondary_counts_per_turn, "Counts per turn of a secondary encoder.");
-    t.scalar("HAND_MOTOR_CONTINUOUS_NM", d.motor_torque_continuous_nm, "Torque that a finger motor can hold for ever, at the motor, N m.");
+    t.scalar(
+        "HAND_MOTOR_CONTINUOUS_NM",
+        d.motor_torque_continuous_nm,
+        "Torque that a finger motor can hold for ever, at the motor, N m.",
+    );
     t.scalar("HAND_MOTOR_PEAK_NM", d.motor_torque_peak_nm, "Peak torque of a finger motor, at the motor, N m.");
     t.scalar("SPREAD_TORQUE_NM", d.spread_torque_nm, "Torque limit of the spread, at the joint, N m.");
-    t.scalar("BREAKAWAY_TORQUE_NM", d.breakaway_torque_nm, "Load about the inner joint at which the TorqueSwitch lets go, N m.");
+    t.scalar(
+        "BREAKAWAY_TORQUE_NM",
+        d.breakaway_torque_nm,
+        "Load about the inner joint at which the TorqueSwitch lets go, N m.",
+    );
     t.scalar("FINGER_SPEED_RAD_S", d.finger_speed_rad_s, "Drive speed of an inner link, rad/s.");
     t.scalar("SPREAD_SPEED_RAD_S", d.spread_speed_rad_s, "Drive speed of the spread, rad/s.");
-    t.scalar("FINGER_ACCELERATION_RAD_S2", d.finger_acceleration_rad_s2, "Acceleration of an inner link by its drive, rad/s^2.");
-    t.count("BREAKAWAY_COUNTS", d.breakaway_counts, "Broken away when motor counts - 2.5 * secondary counts exceed this.");
+    t.scalar(
+        "FINGER_ACCELERATION_RAD_S2",
+        d.finger_acceleration_rad_s2,
+        "Acceleration of an inner link by its drive, rad/s^2.",
+    );
+    t.count(
+        "BREAKAWAY_COUNTS",
+        d.breakaway_counts,
+        "Broken away when motor counts - 2.5 * secondary counts exceed this.",
+    );
     t.scalar("TIP_LOAD_MAX_KG", d.tip_load_max_kg, "Load that one finger may carry, kg.");
     t.scalar("TIP_TORQUE_RANGE_NM", g.range_nm, "Range of the fingertip torque sensor, +- N m about the PIP axis.");
-    t.scalar("TIP_TORQUE_PROTECT_NM", g.protect_nm, "Fingertip torque at which the hand itself reverses the finger, N m.");
+    t.scalar(
+        "TIP_TORQUE_PROTECT_NM",
+        g.protect_nm,
+        "Fingertip torque at which the hand itself reverses the finger, N m.",
+    );
     t.count("TIP_TORQUE_ZERO_COUNTS", g.zero_counts, "Raw value of the fingertip torque sensor without load.");
     t.scalar("TIP_TORQUE_RESOLUTION_NM", g.resolution_nm, "One count of the fingertip torque sensor, N m.");
     t.count("TIP_TORQUE_COUNTS_MAX", g.counts_max, "Largest raw value of the fingertip torque sensor.");

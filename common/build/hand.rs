@@ -37,8 +37,16 @@ pub fn joints<'a>(robot: &'a Robot, s: &Settings) -> Result<Joints<'a>, String> 
     let (z, spread) = ([0.0, 0.0, 1.0], &h.spread_joints);
     let found = Joints {
         spread: [find(&spread[0], &l[0], &l[1], [0.0, -1.0, 0.0])?, find(&spread[1], &l[0], &l[4], [0.0, 1.0, 0.0])?],
-        inner: [find(&h.inner_joints[0], &l[1], &l[2], z)?, find(&h.inner_joints[1], &l[4], &l[5], z)?, find(&h.inner_joints[2], &l[0], &l[7], z)?],
-        tip: [find(&h.tip_joints[0], &l[2], &l[3], z)?, find(&h.tip_joints[1], &l[5], &l[6], z)?, find(&h.tip_joints[2], &l[7], &l[8], z)?],
+        inner: [
+            find(&h.inner_joints[0], &l[1], &l[2], z)?,
+            find(&h.inner_joints[1], &l[4], &l[5], z)?,
+            find(&h.inner_joints[2], &l[0], &l[7], z)?,
+        ],
+        tip: [
+            find(&h.tip_joints[0], &l[2], &l[3], z)?,
+            find(&h.tip_joints[1], &l[5], &l[6], z)?,
+            find(&h.tip_joints[2], &l[7], &l[8], z)?,
+        ],
     };
     mimic(found.spread[1], &h.spread_joints[0], 1.0)?;
     for (tip, inner) in found.tip.iter().zip(&h.inner_joints) {
@@ -56,9 +64,12 @@ pub fn joints<'a>(robot: &'a Robot, s: &Settings) -> Result<Joints<'a>, String> 
 }
 
 fn mimic(j: &Joint, leader: &str, ratio: f64) -> Result<(), String> {
-    let expected = format!("expected <mimic joint=\"{leader}\" multiplier=\"{ratio}\" offset=\"0\"/> (from the gears in the TOML)");
+    let expected = format!(
+        "expected <mimic joint=\"{leader}\" multiplier=\"{ratio}\" offset=\"0\"/> (from the gears in the TOML)"
+    );
     let Some(m) = &j.mimic else { return Err(format!("{FILE}: joint `{}` has no <mimic>; {expected}", j.name)) };
-    let same = m.joint == leader && (m.multiplier.unwrap_or(1.0) - ratio).abs() < 1e-9 && m.offset.unwrap_or(0.0) == 0.0;
+    let same =
+        m.joint == leader && (m.multiplier.unwrap_or(1.0) - ratio).abs() < 1e-9 && m.offset.unwrap_or(0.0) == 0.0;
     if same { Ok(()) } else { Err(format!("{FILE}: joint `{}` mimics {m:?}; {expected}", j.name)) }
 }
 
@@ -66,7 +77,10 @@ fn mimic(j: &Joint, leader: &str, ratio: f64) -> Result<(), String> {
 pub fn prism(link: &Link, mesh: &dyn Fn(&str) -> Result<String, String>) -> Result<Prism, String> {
     let name = &link.name;
     let [collision] = link.collision.as_slice() else {
-        return Err(format!("{FILE}: link `{name}` has {} collision shapes; expected one box or mesh", link.collision.len()));
+        return Err(format!(
+            "{FILE}: link `{name}` has {} collision shapes; expected one box or mesh",
+            link.collision.len()
+        ));
     };
     if collision.origin.rpy.0 != [0.0; 3] {
         return Err(format!("{FILE}: link `{name}`: its collision shape is turned; expected rpy 0 0 0"));
@@ -78,7 +92,11 @@ pub fn prism(link: &Link, mesh: &dyn Fn(&str) -> Result<String, String>) -> Resu
             (vec![[-x, -y], [x, -y], [x, y], [-x, y]], [-z, z])
         }
         Geometry::Mesh { filename, scale: None } => read_prism(filename, &mesh(filename)?)?,
-        other => return Err(format!("{FILE}: link `{name}`: collision shape {other:?}; expected a box or an unscaled mesh")),
+        other => {
+            return Err(format!(
+                "{FILE}: link `{name}`: collision shape {other:?}; expected a box or an unscaled mesh"
+            ));
+        }
     };
     let corners_m: Vec<_> = corners.iter().map(|c| [c[0] + at[0], c[1] + at[1]]).collect();
     convex(name, &corners_m)?;
@@ -90,8 +108,10 @@ fn read_prism(file: &str, text: &str) -> Result<(Vec<[f64; 2]>, [f64; 2]), Strin
     let mut vertices = Vec::new();
     for (index, line) in text.lines().enumerate() {
         if let Some(rest) = line.strip_prefix("v ") {
-            let numbers: Vec<f64> = rest.split_whitespace().filter_map(|w| w.parse().ok()).filter(|x: &f64| x.is_finite()).collect();
-            let vertex = <[f64; 3]>::try_from(numbers).map_err(|_| format!("models/{file}: line {}: `{line}`; expected `v x y z`", index + 1))?;
+            let numbers: Vec<f64> =
+                rest.split_whitespace().filter_map(|w| w.parse().ok()).filter(|x: &f64| x.is_finite()).collect();
+            let vertex = <[f64; 3]>::try_from(numbers)
+                .map_err(|_| format!("models/{file}: line {}: `{line}`; expected `v x y z`", index + 1))?;
             vertices.push(vertex);
         }
     }
@@ -99,9 +119,12 @@ fn read_prism(file: &str, text: &str) -> Result<(Vec<[f64; 2]>, [f64; 2]), Strin
     let [Some(first), Some(last)] = [lower.first(), upper.first()] else {
         return Err(format!("models/{file}: {} vertices; expected a prism: two equal rings", vertices.len()));
     };
-    let same = lower.len() == upper.len() && lower.iter().zip(upper).all(|(a, b)| a[..2] == b[..2] && a[2] == first[2] && b[2] == last[2]);
+    let same = lower.len() == upper.len()
+        && lower.iter().zip(upper).all(|(a, b)| a[..2] == b[..2] && a[2] == first[2] && b[2] == last[2]);
     if !same || first[2] >= last[2] {
-        return Err(format!("models/{file}: not a right prism along z; expected a lower ring of vertices, then the same ring above it"));
+        return Err(format!(
+            "models/{file}: not a right prism along z; expected a lower ring of vertices, then the same ring above it"
+        ));
     }
     Ok((lower.iter().map(|v| [v[0], v[1]]).collect(), [first[2], last[2]]))
 }
@@ -112,7 +135,9 @@ fn convex(name: &str, corners: &[[f64; 2]]) -> Result<(), String> {
         let [a, b, c] = [corners[i], corners[(i + 1) % n], corners[(i + 2) % n]];
         let turn = (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]);
         if n < 3 || turn <= 0.0 {
-            return Err(format!("{FILE}: link `{name}`: its cross-section turns the wrong way at corner {b:?}; expected convex, anticlockwise"));
+            return Err(format!(
+                "{FILE}: link `{name}`: its cross-section turns the wrong way at corner {b:?}; expected convex, anticlockwise"
+            ));
         }
     }
     Ok(())
@@ -128,10 +153,16 @@ pub fn fingertip_taxels(s: &Settings, tip: &Prism) -> Result<Vec<Taxel>, String>
         let height = surface_distance(tip, [x, y]);
         if height.abs() > 1e-4 {
             let file = settings::FILE;
-            return Err(format!("{file}: tactile.fingertip row {index} lies {height} m off the tip's surface; expected within 0.0001"));
+            return Err(format!(
+                "{file}: tactile.fingertip row {index} lies {height} m off the tip's surface; expected within 0.0001"
+            ));
         }
         for z_mm in pad.columns_z_mm {
-            cells.push(Taxel { centre_m: [x, y, z_mm * 1e-3], normal: [sin, cos, 0.0], area_m2: row.length * pad.cell_width_mm * 1e-6 });
+            cells.push(Taxel {
+                centre_m: [x, y, z_mm * 1e-3],
+                normal: [sin, cos, 0.0],
+                area_m2: row.length * pad.cell_width_mm * 1e-6,
+            });
         }
     }
     Ok(cells)
@@ -154,7 +185,10 @@ pub fn palm_taxels(s: &Settings, palm: &Prism) -> Result<Vec<Taxel>, String> {
     let z = pad.z_mm * 1e-3;
     if (z - palm.z_m[1]).abs() > 1e-4 || (s.hand.palm_face_z_m - palm.z_m[1]).abs() > 1e-9 {
         let file = settings::FILE;
-        return Err(format!("{file}: tactile.palm.z_mm and hand.palm_face_z_m must both be the palm shape's upper face, {} m", palm.z_m[1]));
+        return Err(format!(
+            "{file}: tactile.palm.z_mm and hand.palm_face_z_m must both be the palm shape's upper face, {} m",
+            palm.z_m[1]
+        ));
     }
     let area_m2 = pad.cell_mm[0] * pad.cell_mm[1] * 1e-6;
     let mut cells = Vec::new();
@@ -180,7 +214,9 @@ pub fn lumped(robot: &Robot, s: &Settings, joints: &Joints) -> Result<Body, Stri
         }
         let turn = |angle| Frame { rotation: about_z(angle), xyz_m: [0.0; 3] };
         let inner = knuckle.then(&origin(joints.inner[finger])).then(&turn(half));
-        let tip = inner.then(&origin(joints.tip[finger])).then(&turn(half * s.hand.drive.gear_inner / s.hand.drive.gear_distal_engaged));
+        let tip = inner
+            .then(&origin(joints.tip[finger]))
+            .then(&turn(half * s.hand.drive.gear_inner / s.hand.drive.gear_distal_engaged));
         total = total.joined(&body(link(robot, &joints.inner[finger].child.link)?).seen_through(&inner));
         total = total.joined(&body(link(robot, &joints.tip[finger].child.link)?).seen_through(&tip));
     }

@@ -8,14 +8,19 @@ pub const FILE: &str = "models/wam7_bh280.urdf";
 
 /// Parses the URDF and checks every inertial in it.
 pub fn parse(text: &str) -> Result<Robot, String> {
-    let robot = urdf_rs::read_from_string(text).map_err(|e| format!("{FILE}: not a readable URDF: {e}").replace('\n', " "))?;
+    let robot =
+        urdf_rs::read_from_string(text).map_err(|e| format!("{FILE}: not a readable URDF: {e}").replace('\n', " "))?;
     robot.links.iter().try_for_each(check_inertial)?;
     Ok(robot)
 }
 
 /// The one link of that name.
 pub fn link<'a>(robot: &'a Robot, name: &str) -> Result<&'a Link, String> {
-    robot.links.iter().find(|l| l.name == name).ok_or_else(|| format!("{FILE}: no link `{name}`; expected one (named in the TOML)"))
+    robot
+        .links
+        .iter()
+        .find(|l| l.name == name)
+        .ok_or_else(|| format!("{FILE}: no link `{name}`; expected one (named in the TOML)"))
 }
 
 /// The one joint of that name, of the expected kind.
@@ -63,10 +68,16 @@ pub fn body(link: &Link) -> Body {
 fn check_limit(joint: &Joint) -> Result<(), String> {
     let (name, l) = (&joint.name, &joint.limit);
     if !(l.lower.is_finite() && l.upper.is_finite() && l.lower < l.upper) {
-        return Err(format!("{FILE}: joint `{name}`: limits {} .. {}; expected lower < upper, radians", l.lower, l.upper));
+        return Err(format!(
+            "{FILE}: joint `{name}`: limits {} .. {}; expected lower < upper, radians",
+            l.lower, l.upper
+        ));
     }
     if !(l.velocity.is_finite() && l.velocity > 0.0 && l.effort.is_finite() && l.effort > 0.0) {
-        return Err(format!("{FILE}: joint `{name}`: velocity {}, effort {}; expected both above 0", l.velocity, l.effort));
+        return Err(format!(
+            "{FILE}: joint `{name}`: velocity {}, effort {}; expected both above 0",
+            l.velocity, l.effort
+        ));
     }
     match &joint.dynamics {
         Some(d) if d.damping.is_finite() && d.damping >= 0.0 => Ok(()),
@@ -90,7 +101,9 @@ fn check_inertial(link: &Link) -> Result<(), String> {
     if minors.iter().all(|d| d.is_finite() && *d > 0.0) && triangle {
         return Ok(());
     }
-    Err(format!("{FILE}: link `{name}`: inertia {m:?} is not that of a body; expected positive definite, each moment at most the sum of the others"))
+    Err(format!(
+        "{FILE}: link `{name}`: inertia {m:?} is not that of a body; expected positive definite, each moment at most the sum of the others"
+    ))
 }
 
 fn determinant(m: &[[f64; 3]; 3]) -> f64 {

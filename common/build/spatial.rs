@@ -50,22 +50,14 @@ pub fn from_rpy(rpy: &[f64; 3]) -> Matrix {
 /// URDF's roll, pitch, yaw as quaternion i, j, k, w.
 pub fn quaternion(rpy: &[f64; 3]) -> [f64; 4] {
     let [(sr, cr), (sp, cp), (sy, cy)] = rpy.map(|a| (0.5 * a).sin_cos());
-    [
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    ]
+    [sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy]
 }
 
 impl Frame {
     /// `self * other`.
     pub fn then(&self, other: &Frame) -> Frame {
         let moved = rotate(&self.rotation, &other.xyz_m);
-        Frame {
-            rotation: product(&self.rotation, &other.rotation),
-            xyz_m: [0, 1, 2].map(|i| self.xyz_m[i] + moved[i]),
-        }
+        Frame { rotation: product(&self.rotation, &other.rotation), xyz_m: [0, 1, 2].map(|i| self.xyz_m[i] + moved[i]) }
     }
 }
 

@@ -21,3 +21,65 @@ pub fn encode<'b, M: Message>(message: &M, buffer: &'b mut [u8]) -> Result<&'b [
 pub fn decode<M: DeserializeOwned>(bytes: &[u8]) -> Result<M, postcard::Error> {
     postcard::take_from_bytes(bytes).map(|(message, _padding)| message)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limits::PAYLOAD_BYTES_MAX;
+    use crate::message::{Event, EventKind, Outcome, Phase, PlanAnswer, RefusalReason, Status};
+    use crate::pose::PlanarPose;
+    use crate::trajectory::{Knot, Trajectory};
+    use proptest::prelude::*;
+
+    fn status(tick: u32, x_m: f32) -> Status {
+        let belief = PlanarPose::new(x_m, -x_m, 0.5);
+        Status { tick, phase: Phase::Grasp, belief, covariance: [x_m; 6], evidence: 7, touches: 3 }
+    }
+
+    proptest! {
+        #[test]
+        fn a_message_comes_back_whole_also_with_the_zeros_that_can_fd_pads(tick: u32, x_m in -1.0_f32..1.0, padding in 0_usize..16) {
+            let mut buffer = [0; SMALL_BYTES + 16];
+            let used = encode(&status(tick, x_m), &mut buffer).unwrap().len();
+            prop_assert_eq!(decode::<Status>(&buffer[..used + padding]).unwrap(), status(tick, x_m));
+        }
+
+        #[test]
+        fn a_message_cut_short_anywhere_is_refused(tick: u32, cut in 1_usize..40) {
+            let mut buffer = [0; SMALL_BYTES];
+            let used = encode(&status(tick, 0.3), &mut buffer).unwrap().len();
+            prop_assert!(decode::<Status>(&buffer[..used - cut]).is_err());
+        }
+
+        #[test]
+        fn a_trajectory_comes_back_whole_whatever_its_length(knots in 0_usize..=crate::limits::KNOTS_MAX, effective: u32) {
+            let knot = Knot { t_s: 0.1, q_rad: [1.5; 7], ..Knot::default() };
+            let knots = core::iter::repeat_n(knot, knots).collect();
+            let result = Ok(Trajectory { request: 300, knots, guarded_from: 2 });
+            let answer = PlanAnswer { effective, request: 300, result };
+            let mut buffer = [0; PAYLOAD_BYTES_MAX];
+            let used = encode(&answer, &mut buffer).unwrap().len();
+            prop_assert_eq!(decode::<PlanAnswer>(&buffer[..used]).unwrap(), answer);
+        }
+    }
+
+    #[test]
+    fn a_buffer_that_is_too_small_is_an_error_and_no_half_message() {
+        let mut buffer = [0; 20];
+        assert!(encode(&status(1, 0.1), &mut buffer).is_err());
+    }
+
+    #[test]
+    fn an_unknown_variant_is_refused() {
+        let mut buffer = [0; SMALL_BYTES];
+        let event = Event { tick: 0, kind: EventKind::Finished(Outcome::Transported) };
+        let used = encode(&event, &mut buffer).unwrap().len();
+        assert_eq!(decode::<Event>(&buffer[..used]).unwrap(), event);
+        buffer[1] = 99;
+        assert!(decode::<Event>(&buffer[..used]).is_err());
+        let mut refusal = [0, 1, 1, RefusalReason::NonFinite as u8 + 1];
+        assert!(decode::<PlanAnswer>(&refusal).is_err());
+        refusal[3] -= 1;
+        assert!(decode::<PlanAnswer>(&refusal).is_ok());
+    }
+}

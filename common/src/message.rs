@@ -10,6 +10,7 @@ use crate::robot::tables::PALM_FACE_Z_M;
 use crate::shape::ObjectShape;
 use crate::trajectory::Trajectory;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use postcard_schema::schema::NamedType;
 use postcard_schema::{Schema, key::Key};
 use serde::{Deserialize, Serialize};
 
@@ -21,12 +22,32 @@ pub trait Message: Serialize + Schema {
     const PRIORITY: u8;
 }
 
+/// What a sniffer or a page of documentation needs to know of a message.
+#[derive(Clone, Copy, Debug)]
+pub struct Described {
+    /// Its type's name.
+    pub name: &'static str,
+    /// [`Message::SUBJECT`].
+    pub subject: u16,
+    /// [`Message::PRIORITY`].
+    pub priority: u8,
+    /// Its layout.
+    pub schema: &'static NamedType,
+}
+
 macro_rules! messages {
     ($($(#[$doc:meta])* $type:ty => $subject:literal, $priority:literal;)*) => {
         $($(#[$doc])* impl Message for $type {
             const SUBJECT: u16 = $subject;
             const PRIORITY: u8 = $priority;
         })*
+        /// Every message, world's first.
+        pub const MESSAGES: &[Described] = &[$(Described {
+            name: stringify!($type),
+            subject: <$type as Message>::SUBJECT,
+            priority: <$type as Message>::PRIORITY,
+            schema: <$type as Schema>::SCHEMA,
+        }),*];
         /// Version of everything on the wire: a hash over the schema of every message. Two programs whose
         /// versions differ must not talk; [`Setup`] carries it.
         pub const SCHEMA_VERSION: u64 = {

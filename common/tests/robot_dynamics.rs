@@ -44,7 +44,11 @@ impl Model {
                 let half = 0.5 * j.limit.upper;
                 let angle = match (&j.mimic, j.name.contains("spread"), j.joint_type == urdf_rs::JointType::Fixed) {
                     (_, true, _) | (_, _, true) => 0.0,
-                    (Some(m), ..) => m.multiplier.unwrap() * 0.5 * robot.joints.iter().find(|k| k.name == m.joint).unwrap().limit.upper,
+                    (Some(m), ..) => {
+                        m.multiplier.unwrap()
+                            * 0.5
+                            * robot.joints.iter().find(|k| k.name == m.joint).unwrap().limit.upper
+                    }
                     (None, ..) => half,
                 };
                 let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);

@@ -146,7 +146,11 @@ fn a_damaged_urdf_stops_the_build_with_a_clear_message() {
     let cases: [(&str, &str, &[&str]); 10] = [
         ("</robot>", "", &["wam7_bh280.urdf", "not a readable URDF"]),
         ("joint name=\"wam_joint3\"", "joint name=\"elbow\"", &["wam_joint3", "expected one"]),
-        ("<limit lower=\"-2.6\" upper=\"2.6\"", "<limit lower=\"2.6\" upper=\"-2.6\"", &["wam_joint1", "expected lower < upper"]),
+        (
+            "<limit lower=\"-2.6\" upper=\"2.6\"",
+            "<limit lower=\"2.6\" upper=\"-2.6\"",
+            &["wam_joint1", "expected lower < upper"],
+        ),
         ("xyz=\"0.045 0 0.55\"", "xyz=\"0.045 0.01 0.55\"", &["wam_joint4", "inverse kinematics expects"]),
         ("rpy=\"-1.5707963267948966 0 0\"", "rpy=\"-1.5 0 0\"", &["wam_joint2", "rpy"]),
         ("<mass value=\"10.76768767\"/>", "<mass value=\"-1\"/>", &["wam_link1", "above 0 kg"]),

@@ -47,15 +47,32 @@ pub fn worst_load(messages: &[Periodic], mtu: Mtu, rates: BitRates) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use tactus_common::limits::{PAD_PERIOD_TICKS, PADS, TICK_US};
 
-    /// Placeholders of the size that the messages are expected to have; the real ones are checked beside the messages.
+    const PAGE: &str = include_str!("../../docs/protocol.md");
+
+    /// Longest payload of a message, bytes: the last number of its row on the page, which a test of `common` holds
+    /// against the messages themselves.
+    fn payload_bytes(name: &str) -> usize {
+        let row = PAGE.lines().find(|l| l.starts_with(&format!("| `{name}` |"))).expect("one row per message");
+        let bytes = row.split('|').nth(4).expect("the fourth column");
+        bytes.trim().rsplit('-').next().and_then(|most| most.parse().ok()).expect("a number of bytes")
+    }
+
+    /// All that is sent periodically while sensor messages come every `tick_us`.
     fn messages(tick_us: u32) -> [Periodic; 5] {
+        let every = |name: &'static str, ticks: u32| Periodic {
+            name,
+            payload_bytes: payload_bytes(name),
+            period_us: ticks * tick_us,
+        };
         [
-            Periodic { name: "SensorFrame", payload_bytes: 65, period_us: tick_us },
-            Periodic { name: "Command", payload_bytes: 34, period_us: tick_us },
-            Periodic { name: "TactileSlice", payload_bytes: 41, period_us: 25_000 / 4 },
-            Periodic { name: "Status", payload_bytes: 80, period_us: 100_000 },
-            Periodic { name: "Heartbeat", payload_bytes: 7, period_us: 1_000_000 },
+            every("SensorFrame", 1),
+            every("Command", 1),
+            // Four pads, each once in its period.
+            Periodic { period_us: PAD_PERIOD_TICKS * TICK_US / PADS as u32, ..every("TactileSlice", 1) },
+            Periodic { period_us: 100_000, ..every("Status", 1) },
+            Periodic { period_us: 1_000_000, ..every("Heartbeat", 1) },
         ]
     }
 
@@ -72,16 +89,43 @@ mod tests {
 
     #[test]
     fn fd_carries_500_hz_with_at_most_80_percent_load() {
-        let load = worst_load(&messages(2_000), Mtu::Fd, BitRates::M1_5);
-        println!("CAN FD 1/5 Mbit/s at 500 Hz: {:.1} %", load * 100.0);
+        let load = worst_load(&messages(TICK_US), Mtu::Fd, BitRates::M1_5);
         assert!(load <= 0.80, "{load}");
     }
 
     #[test]
     fn classic_carries_250_hz_but_not_500_hz() {
-        let load = worst_load(&messages(4_000), Mtu::Classic, BitRates::M1_5);
-        println!("CAN 2.0 1 Mbit/s at 250 Hz: {:.1} %", load * 100.0);
+        let load = worst_load(&messages(2 * TICK_US), Mtu::Classic, BitRates::M1_5);
         assert!(load <= 1.0, "{load}");
-        assert!(worst_load(&messages(2_000), Mtu::Classic, BitRates::M1_5) > 1.0);
+        assert!(worst_load(&messages(TICK_US), Mtu::Classic, BitRates::M1_5) > 1.0);
+    }
+
+    #[test]
+    fn the_page_gives_the_loads_that_are_computed() {
+        let buses =
+            [("CAN FD 1/5 Mbit/s, 500 Hz", Mtu::Fd, TICK_US), ("CAN 2.0 1 Mbit/s, 250 Hz", Mtu::Classic, 2 * TICK_US)];
+        for (bus, mtu, tick_us) in buses {
+            let messages = messages(tick_us);
+            let mut row = format!("| {bus} |");
+            for message in &messages {
+                row += &format!(" {:.2} % |", 100.0 * message.worst_load(mtu, BitRates::M1_5));
+            }
+            row += &format!(" **{:.1} %** |", 100.0 * worst_load(&messages, mtu, BitRates::M1_5));
+            assert!(PAGE.lines().any(|line| line == row), "docs/protocol.md lacks\n{row}");
+        }
+    }
+
+    #[test]
+    fn the_page_gives_the_time_that_answers_take_on_an_idle_wire() {
+        for name in ["Setup", "PlanRequest", "PlanAnswer", "RolloutResult"] {
+            let bytes = payload_bytes(name);
+            let mut row = format!("| `{name}`, {bytes} bytes |");
+            for mtu in [Mtu::Fd, Mtu::Classic] {
+                let cost = transfer_cost(bytes, mtu, BitRates::M1_5);
+                let plural = if cost.frames == 1 { "" } else { "s" };
+                row += &format!(" {} frame{plural}, {:.1} ms |", cost.frames, cost.worst_ns as f64 * 1e-6);
+            }
+            assert!(PAGE.lines().any(|line| line == row), "docs/protocol.md lacks\n{row}");
+        }
     }
 }

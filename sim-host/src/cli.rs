@@ -205,10 +205,7 @@ fn one_line(error: &clap::Error) -> String {
 
 /// Refuses by name what does not exist yet.
 fn supported(method: &MethodArgs) -> anyhow::Result<()> {
-    anyhow::ensure!(
-        method.sensors == Sensors::Real,
-        "--sensors ideal does not exist yet; expected: real"
-    );
+    anyhow::ensure!(method.sensors == Sensors::Real, "--sensors ideal does not exist yet; expected: real");
     anyhow::ensure!(
         method.error == ErrorKind::Geometric,
         "--error {} does not exist yet; expected: geometric",

@@ -1,5 +1,6 @@
 //! The world's end of the wire, in lockstep: sensors out, command in, one tick on; plans and rollouts in between.
 
+use crate::hooks::{Hooks, To};
 use crate::mental::{Closing, MentalModel, RolloutInput};
 use crate::mission::{Progressed, planar};
 use crate::plan::{ObjectEstimate, PlanQuery, PlanRefusal, Planner, PlannerConfig, Purpose as PlanPurpose};
@@ -10,13 +11,13 @@ use tactus_common::cyphal::{Header, NodeId, Priority, Sender, Session, SubjectId
 use tactus_common::limits::{FINGERS, PAYLOAD_BYTES_MAX, SILENCE_TICKS_MAX};
 use tactus_common::link::{self, SMALL_BYTES};
 use tactus_common::message::{
-    Command, Event, EventKind, Message, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, ROLLOUT_TICKS,
-    RefusalReason, RolloutRequest, RolloutResult, SensorFrame, Setup, Status, TactileSlice, node,
+    Command, Event, EventKind, Message, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS,
+    ROLLOUT_TICKS, RefusalReason, RolloutRequest, RolloutResult, SensorFrame, Setup, Status, TactileSlice, node,
 };
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::JointCommands;
-use tactus_common::robot::{FINGER_LIMIT, arm, source};
 use tactus_common::robot::hand::HandAngles;
+use tactus_common::robot::{FINGER_LIMIT, arm, source};
 use tactus_controller::node::Node;
 use tactus_hil::bus::Bus;
 use tactus_hil::virtual_bus::{VirtualBus, VirtualBusConfig};
@@ -120,6 +121,7 @@ pub struct Host {
     sender: Sender<5>,
     subscriptions: Subscriptions,
     drives: Drives,
+    hooks: Hooks,
     /// Wall time of the update under way, seconds.
     updating_s: f64,
     end: HostEnd,
@@ -169,9 +171,18 @@ impl Host {
                 status: Session::new(subject::<Status>(), controller, 500),
             },
             drives: Drives { last: JointCommands::idle(0), missed: 0, missed_in_all: 0 },
+            hooks: Hooks::NONE,
             updating_s: 0.0,
             end: HostEnd::default(),
         })
+    }
+
+    /// With someone at the wire; before [`Host::run`].
+    #[must_use]
+    pub fn with_hooks(mut self, hooks: Hooks) -> Self {
+        self.bus = VirtualBus::new(2, VirtualBusConfig { faults: hooks.faults, ..VirtualBusConfig::FD });
+        self.hooks = hooks;
+        self
     }
 
     /// The world.
@@ -186,6 +197,9 @@ impl Host {
     pub fn run(&mut self, show: &mut dyn FnMut(&Progressed)) -> anyhow::Result<HostEnd> {
         let setup = self.setup;
         self.send(&setup)?;
+        // Whatever takes effect at a tick must have arrived before that tick's readings, on any bus: readings have the
+        // higher priority, so they must not wait beside it.
+        self.bus.run_until_idle();
         let mut rest = None;
         for tick in 0..TICKS_MAX {
             let heard = self.exchange(tick)?;
@@ -211,6 +225,7 @@ impl Host {
                 let answer = self.rollout(request, tick + 1);
                 self.send(&answer)?;
             }
+            self.bus.run_until_idle();
             let commands = self.drives.follow(heard.command, tick);
             self.world.tick(&commands)?;
             self.end.ticks = tick + 1;
@@ -231,7 +246,8 @@ impl Host {
     /// One tick's readings to the controller, what it says back to here.
     fn exchange(&mut self, tick: u32) -> anyhow::Result<Heard> {
         if let Some(image) = self.world.tactile() {
-            self.send(&TactileSlice::pack(&image, tick))?;
+            // It follows the readings of this tick on the wire, so it takes effect at the next.
+            self.send(&TactileSlice::pack(&image, tick + 1))?;
         }
         let frame = SensorFrame::pack(&self.world.readings());
         self.send(&frame)?;
@@ -240,7 +256,7 @@ impl Host {
         self.bus.run_until_idle();
         self.run_controller()?;
         self.bus.run_until_idle();
-        self.listen(tick)
+        Ok(self.listen(tick))
     }
 
     /// Lets the controller take what has arrived, and puts what it says on the bus.
@@ -250,7 +266,9 @@ impl Host {
         let mut said: Vec<CanFrame> = Vec::new();
         let mut ticked = false;
         while let Some(received) = self.bus.endpoint(CONTROLLER).receive() {
-            ticked |= self.node.receive(&received.frame, &mut |frame| said.push(frame));
+            for frame in self.hooks.pass(self.world.now(), To::Controller, received.frame) {
+                ticked |= self.node.receive(&frame, &mut |frame| said.push(frame));
+            }
         }
         if !ticked {
             // The period is over and no sensor message has come.
@@ -266,30 +284,35 @@ impl Host {
     }
 
     /// Takes what has arrived from the controller.
-    fn listen(&mut self, tick: u32) -> anyhow::Result<Heard> {
+    fn listen(&mut self, tick: u32) -> Heard {
         let mut heard = Heard::default();
         let now = u64::from(tick);
+        let mut frames = Vec::new();
         while let Some(received) = self.bus.endpoint(WORLD).receive() {
-            let Ok(header) = Header::parse(received.frame.id()) else { continue };
-            let data = received.frame.data();
+            frames.extend(self.hooks.pass(tick, To::World, received.frame));
+        }
+        for frame in &frames {
+            let Ok(header) = Header::parse(frame.id()) else { continue };
+            let data = frame.data();
             let s = &mut self.subscriptions;
+            // What does not decode is as good as not sent: the drives and the controller's own time limits see to it.
             if let Ok(Some(t)) = s.command.accept(&header, data, now) {
-                heard.command = link::decode::<Command>(t.payload)?.unpack();
+                heard.command = link::decode::<Command>(t.payload).ok().and_then(|c| c.unpack());
             }
             if let Ok(Some(t)) = s.plan.accept(&header, data, now) {
-                heard.plan = Some(link::decode(t.payload)?);
+                heard.plan = link::decode(t.payload).ok();
             }
             if let Ok(Some(t)) = s.rollout.accept(&header, data, now) {
-                heard.rollout = Some(link::decode(t.payload)?);
+                heard.rollout = link::decode(t.payload).ok();
             }
             if let Ok(Some(t)) = s.status.accept(&header, data, now) {
-                heard.status = Some(link::decode(t.payload)?);
+                heard.status = link::decode(t.payload).ok();
             }
             if let Ok(Some(t)) = s.event.accept(&header, data, now) {
-                heard.events.push(link::decode(t.payload)?);
+                heard.events.extend(link::decode::<Event>(t.payload).ok());
             }
         }
-        Ok(heard)
+        heard
     }
 
     /// Puts a message on the bus.

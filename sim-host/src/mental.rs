@@ -118,7 +118,12 @@ struct Rollout<'a> {
 impl<'a> Rollout<'a> {
     fn new(mental: &'a MentalModel, input: &RolloutInput) -> Result<Self, WorldError> {
         let nominal = Mismatch::none();
-        let scene = Scene { object: input.object, half_extents_m: input.half_extents_m, hand_start: input.start, ..Scene::default() };
+        let scene = Scene {
+            object: input.object,
+            half_extents_m: input.half_extents_m,
+            hand_start: input.start,
+            ..Scene::default()
+        };
         scene.check(&mental.model)?;
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::new(0.0, 0.0, -9.81);
@@ -163,7 +168,7 @@ impl<'a> Rollout<'a> {
                 self.physics.step();
                 self.drives.feel(&self.physics, &self.robot, self.params);
                 hand_contacts(&self.physics, &self.robot, dt_s, |contact| {
-                    force_n[contact.link] += contact.force.force_n.length() / STEPS_PER_TICK as f32;
+                    force_n[contact.link] += contact.force_n() / STEPS_PER_TICK as f32;
                 });
             }
             let mut contacts = self.overlapping;
@@ -267,7 +272,12 @@ mod tests {
     #[test]
     fn in_turn_only_one_finger_moves_at_a_time() {
         let mental = MentalModel::new().unwrap();
-        let input = RolloutInput { closing: Closing::InTurn([2, 0, 1]), ticks: 900, speed_rad_s: [1.0; 3], ..over_the_box(PlanarPose::new(0.2, -0.1, 0.0)) };
+        let input = RolloutInput {
+            closing: Closing::InTurn([2, 0, 1]),
+            ticks: 900,
+            speed_rad_s: [1.0; 3],
+            ..over_the_box(PlanarPose::new(0.2, -0.1, 0.0))
+        };
         let outcome = mental.rollout(&input).unwrap();
         let at = outcome.onset_tick.map(|t| t.unwrap());
         assert!(at[2] < at[0] && at[0] < at[1], "{at:?}");

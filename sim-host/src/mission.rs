@@ -1,5 +1,6 @@
 //! One mission from its options to its report: draws what the seed decides, runs it, judges the end.
 
+use crate::hooks::Hooks;
 use crate::host::{Host, HostEnd};
 use crate::scenario::Scenario;
 use crate::world::{Mismatch, World};
@@ -200,6 +201,18 @@ fn outside_99_m(believed: &PlanarPose, covariance: &[f32; 6], truth: &PlanarPose
 /// # Errors
 /// The scene cannot be simulated, or the simulation broke down: never the task's failure, which is a report.
 pub fn run(options: &MissionOptions, show: &mut dyn FnMut(&Progressed)) -> anyhow::Result<MissionReport> {
+    run_hooked(options, show, Hooks::NONE)
+}
+
+/// [`run`] with someone at the wire.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_hooked(
+    options: &MissionOptions,
+    show: &mut dyn FnMut(&Progressed),
+    hooks: Hooks,
+) -> anyhow::Result<MissionReport> {
     let started = Instant::now();
     let scene = options.scenario.world_scene(&options.truth);
     let mismatch = Mismatch::from_seed(options.seed);
@@ -215,7 +228,7 @@ pub fn run(options: &MissionOptions, show: &mut dyn FnMut(&Progressed)) -> anyho
         mass_kg: options.scenario.object.mass_kg,
         trials_max: options.trials_max,
     };
-    let mut host = Host::new(world, setup)?;
+    let mut host = Host::new(world, setup)?.with_hooks(hooks);
     let end = host.run(show)?;
     Ok(judge(options, &end, host.world(), setup.shape.yaw_symmetry_rad(), started))
 }

@@ -91,3 +91,79 @@ fn a_pad_that_the_hand_lacks_is_refused() {
     let image = TactileImage { pad: 9, stamp: 0, pressure_n_cm2: [0.0; PAD_CELLS] };
     assert_eq!(TactileSlice::pack(&image, 0).unpack(), None);
 }
+
+#[test]
+fn a_hand_mode_that_is_unknown_refuses_the_whole_command() {
+    let mut command = Command::pack(&JointCommands::idle(3));
+    assert_eq!(command.unpack(), Some(JointCommands::idle(3)));
+    command.hand[2].0 = 4;
+    assert_eq!(command.unpack(), None);
+}
+
+#[test]
+fn values_beyond_the_range_saturate_and_keep_their_sign() {
+    let mut c = JointCommands::idle(0);
+    c.arm_tau_nm = [1e9, -1e9, 127.0, -127.0, f32::NAN, f32::INFINITY, 0.0];
+    c.hand = [HandCommand::Torque(-1e9), HandCommand::Position(1e9), HandCommand::Velocity(-0.0), HandCommand::Idle];
+    let back = Command::pack(&c).unpack().unwrap();
+    let expected = [127.996, -127.996, 127.0, -127.0, 0.0, 127.996, 0.0];
+    for (tau, wanted) in back.arm_tau_nm.iter().zip(expected) {
+        assert!((tau - wanted).abs() < 1e-3, "{tau} {wanted}");
+    }
+    assert!(matches!(back.hand[0], HandCommand::Torque(t) if (t + 8.388607).abs() < 1e-5));
+    assert!(matches!(back.hand[1], HandCommand::Position(q) if (q - 8.388607).abs() < 1e-5));
+    assert_eq!(back.hand[2], HandCommand::Velocity(0.0));
+}
+
+proptest! {
+    #[test]
+    fn commands_round_trip_within_half_a_count(tick: u32, tau in prop::array::uniform7(-127.0_f32..127.0), v in -8.3_f32..8.3) {
+        let hand = [HandCommand::Position(v), HandCommand::Velocity(-v), HandCommand::Torque(v), HandCommand::Idle];
+        let back = Command::pack(&JointCommands { tick, arm_tau_nm: tau, hand }).unpack().unwrap();
+        prop_assert_eq!(back.tick, tick);
+        for (sent, got) in tau.iter().zip(back.arm_tau_nm) {
+            prop_assert!((sent - got).abs() <= 0.5 * ARM_TORQUE_LSB_NM);
+        }
+        prop_assert!(matches!(back.hand[0], HandCommand::Position(q) if (q - v).abs() < 1.1e-6));
+        prop_assert!(matches!(back.hand[1], HandCommand::Velocity(q) if (q + v).abs() < 1.1e-6));
+        prop_assert!(matches!(back.hand[2], HandCommand::Torque(q) if (q - v).abs() < 1.1e-6));
+    }
+
+    #[test]
+    fn pressures_below_zero_and_beyond_full_scale_saturate(p in prop::num::f32::ANY) {
+        let mut image = TactileImage { pad: 0, stamp: 0, pressure_n_cm2: [0.0; PAD_CELLS] };
+        image.pressure_n_cm2[5] = p;
+        let back = TactileSlice::pack(&image, 0).unpack().unwrap().pressure_n_cm2;
+        prop_assert!((0.0..=4095.0 / 256.0).contains(&back[5]));
+        prop_assert!(back.iter().enumerate().all(|(cell, q)| cell == 5 || *q == 0.0), "neighbours are untouched");
+    }
+
+    #[test]
+    fn the_hand_points_down_over_the_object_at_the_height_asked_for(x in -0.4_f32..0.4, phi in -3.0_f32..3.0, yaw in -3.0_f32..3.0, palm in 0.0_f32..0.2) {
+        let shape = ObjectShape::THESIS_BOX;
+        let placement = HandPlacement { hand_in_object: PlanarPose::new(0.02, -0.01, yaw), palm_height_m: palm };
+        let object = PlanarPose::new(x, -0.1, phi);
+        let pose = placement.world_from_hand(&object, &shape);
+        let z = pose.rotation * Vector3::z();
+        prop_assert!((z + Vector3::z()).norm() < 1e-5, "the palm looks down");
+        let x_axis = pose.rotation * Vector3::x();
+        prop_assert!(libm::sinf(libm::atan2f(x_axis.y, x_axis.x) - phi - yaw).abs() < 1e-4, "yaws add up");
+        prop_assert!((pose.translation.z - PALM_FACE_Z_M - palm - shape.top_height_m()).abs() < 1e-5);
+        let (s, c) = libm::sincosf(phi);
+        prop_assert!((pose.translation.x - x - 0.02 * c - 0.01 * s).abs() < 1e-5);
+        prop_assert!((pose.translation.y + 0.1 - 0.02 * s + 0.01 * c).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn the_digest_is_fnv_1a_of_64_bits() {
+    // Test vectors of the FNV reference.
+    let of = |bytes: &[u8]| {
+        let mut digest = Digest::default();
+        digest.update(bytes);
+        digest.0
+    };
+    assert_eq!(of(b""), 0xcbf2_9ce4_8422_2325);
+    assert_eq!(of(b"a"), 0xaf63_dc4c_8601_ec8c);
+    assert_eq!(of(b"foobar"), 0x8594_4171_f739_67e8);
+}

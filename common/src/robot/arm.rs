@@ -7,7 +7,10 @@ use nalgebra::{Isometry3, SMatrix, Translation3, UnitQuaternion, Vector3};
 /// World-from-base transform of the mounted arm.
 pub fn world_from_base() -> Isometry3<f32> {
     let [x, y, z] = MOUNT_XYZ_M;
-    Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), MOUNT_YAW_RAD))
+    Isometry3::from_parts(
+        Translation3::new(x, y, z),
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), MOUNT_YAW_RAD),
+    )
 }
 
 /// World-from-link poses at the joint angles `q_rad`: arm links 1..7, then the hand frame (mounting plane).

@@ -67,7 +67,9 @@ pub fn inverse_dynamics(
     for i in 0..ARM_JOINTS {
         let origin = ARM_ORIGINS[i].isometry();
         let p = origin.translation.vector;
-        let turn = (origin.rotation * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), q_rad[i])).to_rotation_matrix().into_inner();
+        let turn = (origin.rotation * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), q_rad[i]))
+            .to_rotation_matrix()
+            .into_inner();
         let back = turn.transpose();
         linear = back * (linear + alpha.cross(&p) + omega.cross(&omega.cross(&p)));
         let carried = back * omega;
@@ -111,7 +113,11 @@ mod tests {
         let poses = hand::link_poses(&Isometry3::identity(), &HandAngles::engaged([half; 3], 0.0));
         let bodies = HAND_INERTIALS.iter().zip(&poses).map(|(i, pose)| {
             let turn = pose.rotation.to_rotation_matrix();
-            Body { mass_kg: i.mass_kg, com_m: (pose * nalgebra::Point3::from(i.com())).coords, inertia: turn * i.inertia() * turn.transpose() }
+            Body {
+                mass_kg: i.mass_kg,
+                com_m: (pose * nalgebra::Point3::from(i.com())).coords,
+                inertia: turn * i.inertia() * turn.transpose(),
+            }
         });
         let total = bodies.reduce(Body::joined).unwrap();
         assert!((total.mass_kg - HAND_LUMPED.mass_kg).abs() < 1e-6);

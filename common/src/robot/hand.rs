@@ -3,7 +3,10 @@
 //! Hand frame: origin on the mounting plane, z out of the palm, F3 at -x, F1 at y = -0.025, F2 at y = +0.025, both
 //! pointing to +x at spread 0. Finger links: x along the link, y towards the gripping side, positive angles close.
 
-use super::tables::{FINGER_LIMIT, GEAR_DISTAL_ABSOLUTE, GEAR_DISTAL_ENGAGED, GEAR_INNER, HAND_PRISMS, INNER_ORIGINS, SPREAD_ORIGINS, TIP_LIMIT, TIP_ORIGINS};
+use super::tables::{
+    FINGER_LIMIT, GEAR_DISTAL_ABSOLUTE, GEAR_DISTAL_ENGAGED, GEAR_INNER, HAND_PRISMS, INNER_ORIGINS, SPREAD_ORIGINS,
+    TIP_LIMIT, TIP_ORIGINS,
+};
 use crate::limits::{FINGERS, HAND_LINKS, HAND_MOTORS};
 use crate::shape::Prism;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -158,7 +161,8 @@ pub fn link_poses(world_from_hand: &Isometry3<f32>, angles: &HandAngles) -> [Iso
         };
         let inner = knuckle * INNER_ORIGINS[finger].isometry() * about_z(angles.inner_rad[finger]);
         poses[HandLink::INNERS[finger].index()] = inner;
-        poses[HandLink::TIPS[finger].index()] = inner * TIP_ORIGINS[finger].isometry() * about_z(angles.distal_rad[finger]);
+        poses[HandLink::TIPS[finger].index()] =
+            inner * TIP_ORIGINS[finger].isometry() * about_z(angles.distal_rad[finger]);
     }
     poses
 }

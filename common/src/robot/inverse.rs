@@ -118,10 +118,14 @@ fn zyz(r: &Matrix3<f32>) -> [[f32; 3]; 2] {
 ///
 /// # Errors
 /// Says what stands in the way; see [`Unreachable`].
-pub fn solve(world_from_hand: &Isometry3<f32>, swivel_rad: f32) -> Result<Vec<[f32; ARM_JOINTS], SOLUTIONS_MAX>, Unreachable> {
+pub fn solve(
+    world_from_hand: &Isometry3<f32>,
+    swivel_rad: f32,
+) -> Result<Vec<[f32; ARM_JOINTS], SOLUTIONS_MAX>, Unreachable> {
     let hand = world_from_base().inverse() * world_from_hand;
     let turn = hand.rotation.to_rotation_matrix().into_inner();
-    let wrist = hand.translation.vector - turn * Vector3::new(0.0, 0.0, FLANGE_M) - Vector3::new(0.0, 0.0, SHOULDER_HEIGHT_M);
+    let wrist =
+        hand.translation.vector - turn * Vector3::new(0.0, 0.0, FLANGE_M) - Vector3::new(0.0, 0.0, SHOULDER_HEIGHT_M);
     let distance_m = wrist.norm();
     if !(distance_m.is_finite() && swivel_rad.is_finite() && turn.iter().all(|x| x.is_finite())) {
         return Err(Unreachable::NotFinite);

@@ -16,4 +16,7 @@ pub mod tables;
 
 pub use arm::world_from_base;
 pub use hand::{HandLink, hand_prism};
-pub use tables::{ARM_LIMITS, FINGER_LIMIT, FINGERTIP_TAXELS, Inertial, JointLimit, JointOrigin, PALM_TAXELS, SPREAD_LIMIT, TIP_LIMIT, Taxel};
+pub use tables::{
+    ARM_LIMITS, FINGER_LIMIT, FINGERTIP_TAXELS, Inertial, JointLimit, JointOrigin, PALM_TAXELS, SPREAD_LIMIT,
+    TIP_LIMIT, Taxel,
+};

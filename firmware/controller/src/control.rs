@@ -48,8 +48,7 @@ impl JointControl {
 
     /// Joint torques, newton-metres, within the joints' limits.
     pub fn torques(&self, q_rad: &[f32; ARM_JOINTS], reference: &Sample, payload_kg: f32) -> [f32; ARM_JOINTS] {
-        let feedforward =
-            dynamics::inverse_dynamics(q_rad, &reference.qd_rad_s, &reference.qdd_rad_s2, payload_kg);
+        let feedforward = dynamics::inverse_dynamics(q_rad, &reference.qd_rad_s, &reference.qdd_rad_s2, payload_kg);
         let mut tau_nm = [0.0; ARM_JOINTS];
         for j in 0..ARM_JOINTS {
             let tau = feedforward[j]

@@ -76,7 +76,7 @@ pub struct Controller {
     last_good: Option<JointReadings>,
     hand: HandHold,
     held: bool,
-    reported: bool,
+    reported: Option<Outcome>,
 }
 
 /// The hand commands of the tick before.
@@ -195,10 +195,12 @@ impl Controller {
         }
     }
 
-    /// Status at its period; the end of the mission once.
+    /// Status at its period; the end of the mission once, and a fault after it once more.
     fn report(&mut self, now: u32, out: &mut Outputs) {
-        if !self.reported && let Some(outcome) = self.outcome() {
-            self.reported = true;
+        if let Some(outcome) = self.outcome()
+            && self.reported != Some(outcome)
+        {
+            self.reported = Some(outcome);
             if let Outcome::Fault(_) = outcome {
                 out.event(EventKind::Phase(Phase::Fault));
             }

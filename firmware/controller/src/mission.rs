@@ -309,11 +309,7 @@ impl Mission {
                     ));
                     self.yaw_in_hand_rad = recover::hand_yaw_rad(tools) - believed.phi_rad;
                     let request = self.request(Purpose::Transport, know, tools);
-                    tools.out.plan_request = Some(PlanRequest {
-                        preshape,
-                        displacement_m,
-                        ..request
-                    });
+                    tools.out.plan_request = Some(PlanRequest { preshape, displacement_m, ..request });
                     Doing::AskingTransport { waited: 0 }
                 }
                 GraspEnd::Landed | GraspEnd::Missed => {
@@ -448,10 +444,7 @@ impl Mission {
         know.store.begin_touch();
         know.history.note(touch.plan.id, &know.belief.pose());
         self.touches += 1;
-        tools.out.event(EventKind::Touch {
-            candidate: touch.plan.id,
-            information_nats: touch.gain,
-        });
+        tools.out.event(EventKind::Touch { candidate: touch.plan.id, information_nats: touch.gain });
         Doing::Touching(Trial::new(&touch.plan))
     }
 
@@ -499,8 +492,8 @@ impl Mission {
         // The fingers that felt something close once more from shortly before: the rollout is as short as that.
         let mut preshape = plan.preshape();
         let mut closing_rad_s = [0.0; FINGERS];
-        for f in 0..FINGERS {
-            if let Some(onset_rad) = self.last.onset_inner_rad[f] {
+        for (f, onset) in self.last.onset_inner_rad.iter().enumerate() {
+            if let Some(onset_rad) = onset {
                 preshape.inner_rad[f] = (onset_rad - CONFIRM_RUN_UP_RAD).max(preshape.inner_rad[f]);
                 closing_rad_s[f] = closing::CLOSING_RAD_S;
             }
@@ -526,11 +519,7 @@ impl Mission {
             (None, _) => true,
         });
         tools.out.event(EventKind::Confirmed(agrees));
-        if agrees || self.touches >= know.setup.trials_max {
-            self.ask_grasp(0, know, tools)
-        } else {
-            self.choose(know)
-        }
+        if agrees || self.touches >= know.setup.trials_max { self.ask_grasp(0, know, tools) } else { self.choose(know) }
     }
 
     /// Forgets where the object was: it lies somewhere around the place where it was lost.

@@ -50,6 +50,8 @@ pub struct NodeStats {
     pub bad_payloads: u32,
     /// Transfers that came after the tick at which they should have taken effect.
     pub late: u32,
+    /// Transfers that never arrived whole, as later ones of their subject show.
+    pub missed: u32,
 }
 
 /// What waits for the tick at which it takes effect.
@@ -76,14 +78,20 @@ pub struct Node {
     digest: Digest,
     ticks: u32,
     now: u32,
+    /// Ticks since the start, missions before this one included: the time of the sessions, which must not run back.
+    clock: u64,
     reported: bool,
     stats: NodeStats,
+}
+
+/// A session for the world's messages of one kind.
+fn session<M: Message, const BYTES: usize>(timeout_ticks: u64) -> Session<BYTES> {
+    Session::new(subject::<M>(), id(node::WORLD), timeout_ticks)
 }
 
 impl Node {
     /// A controller node that sends frames of this format; it receives both.
     pub fn new(mtu: Mtu) -> Self {
-        let world = id(node::WORLD);
         Self {
             controller: Controller::default(),
             mtu,
@@ -99,15 +107,16 @@ impl Node {
                     subject::<Heartbeat>(),
                 ],
             ),
-            setup: Session::new(subject::<Setup>(), world, ANSWER_TIMEOUT_TICKS),
-            sensors: Session::new(subject::<SensorFrame>(), world, PERIODIC_TIMEOUT_TICKS),
-            tactile: Session::new(subject::<TactileSlice>(), world, PERIODIC_TIMEOUT_TICKS),
-            plan: Session::new(subject::<PlanAnswer>(), world, ANSWER_TIMEOUT_TICKS),
-            rollout: Session::new(subject::<RolloutResult>(), world, ANSWER_TIMEOUT_TICKS),
+            setup: session::<Setup, _>(ANSWER_TIMEOUT_TICKS),
+            sensors: session::<SensorFrame, _>(PERIODIC_TIMEOUT_TICKS),
+            tactile: session::<TactileSlice, _>(PERIODIC_TIMEOUT_TICKS),
+            plan: session::<PlanAnswer, _>(ANSWER_TIMEOUT_TICKS),
+            rollout: session::<RolloutResult, _>(ANSWER_TIMEOUT_TICKS),
             pending: Pending::default(),
             digest: Digest::default(),
             ticks: 0,
             now: 0,
+            clock: 0,
             reported: false,
             stats: NodeStats::default(),
         }
@@ -125,7 +134,10 @@ impl Node {
 
     /// Counts of what was no use.
     pub fn stats(&self) -> NodeStats {
-        self.stats
+        let sessions =
+            [self.setup.stats(), self.sensors.stats(), self.tactile.stats(), self.plan.stats(), self.rollout.stats()];
+        let missed = sessions.iter().fold(0_u32, |sum, session| sum.saturating_add(session.missed));
+        NodeStats { missed, ..self.stats }
     }
 
     /// Takes a frame from the bus. Where it completes a sensor message, the controller ticks and what it says is
@@ -147,6 +159,7 @@ impl Node {
             return false;
         }
         self.now = readings.tick;
+        self.clock += 1;
         self.hash_inputs(&sensors);
         let pending = self.take_effective();
         let inputs = Inputs {
@@ -164,13 +177,14 @@ impl Node {
     /// A tick for which no sensor message came: the caller's clock says that it is due.
     pub fn silent_tick(&mut self, send: &mut dyn FnMut(CanFrame)) {
         self.now = self.now.saturating_add(1);
+        self.clock += 1;
         let outputs = self.controller.tick(self.now, &Inputs::default());
         self.speak(&outputs, send);
     }
 
     /// Puts a frame where it belongs; a sensor message is returned.
     fn accept(&mut self, header: &Header, data: &[u8]) -> Result<Option<SensorFrame>, ()> {
-        let now = u64::from(self.now);
+        let now = self.clock;
         let mut payload_ok = true;
         let mut sensors = None;
         macro_rules! take {
@@ -197,7 +211,10 @@ impl Node {
             }
             None => payload_ok = false,
         });
-        take!(setup, Setup, |m| self.pending.setup = Some(m));
+        take!(setup, Setup, |m| {
+            self.begin_afresh();
+            self.pending.setup = Some(m);
+        });
         take!(plan, PlanAnswer, |m| self.pending.plan = Some(m));
         take!(rollout, RolloutResult, |m| self.pending.rollout = Some(m));
         if !payload_ok {
@@ -205,6 +222,18 @@ impl Node {
             return Err(());
         }
         Ok(sensors)
+    }
+
+    /// A new mission, perhaps of a world that was started anew: its ticks and transfer numbers may begin at 0 again,
+    /// and its digest is its own, whatever was before.
+    fn begin_afresh(&mut self) {
+        self.sensors = session::<SensorFrame, _>(PERIODIC_TIMEOUT_TICKS);
+        self.tactile = session::<TactileSlice, _>(PERIODIC_TIMEOUT_TICKS);
+        self.plan = session::<PlanAnswer, _>(ANSWER_TIMEOUT_TICKS);
+        self.rollout = session::<RolloutResult, _>(ANSWER_TIMEOUT_TICKS);
+        self.pending = Pending::default();
+        self.digest = Digest::default();
+        (self.ticks, self.now, self.reported) = (0, 0, false);
     }
 
     /// What takes effect at this tick, taken out of what waits, and hashed in order of subject.
@@ -312,3 +341,6 @@ impl Node {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

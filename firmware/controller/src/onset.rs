@@ -6,15 +6,20 @@
 use tactus_common::limits::{FINGERS, PADS};
 use tactus_common::reading::{JointReadings, TactileImage};
 
-/// Rise of the fingertip torque that counts as contact, Nm: about 0.7 N at the pad, below the 1.0 N that moves
-/// the lightest box on the smoothest table of the expected range; ten times the sensor's noise.
-const TIP_RISE_NM: f32 = 0.03;
+/// Rise of the fingertip torque that counts as contact, Nm: about 0.3 N at the pad, a third of what moves the lightest
+/// box on the smoothest table of the expected range; seven times the sensor's noise.
+const TIP_RISE_NM: f32 = 0.015;
 /// Rise of the bend between motor and inner link that counts as contact, radians.
-const BEND_RISE_RAD: f32 = 6.0e-4;
+const BEND_RISE_RAD: f32 = 4.0e-4;
+/// Rises that count as a knock even while the arm travels: its accelerations, up to 3 m/s^2 at the hand, make 3 mNm,
+/// and the weight of a tip that turns over 19 mNm.
+const TIP_KNOCK_NM: f32 = 0.06;
+const BEND_KNOCK_RAD: f32 = 1.5e-3;
 /// Pressure of one cell that counts as contact, N/cm^2.
 const PRESSURE_N_CM2: f32 = 1.0;
-/// Share of the newest value in the baseline, per tick: time constant 0.1 s.
-const BASELINE_SHARE: f32 = 0.02;
+/// Share of the newest value in the baseline, per tick: time constant 0.5 s. Slow enough that a contact that builds up
+/// gently does not hide in it, fast enough for the weight of a tip that turns with its finger (3 mNm/s).
+const BASELINE_SHARE: f32 = 0.004;
 /// Ticks in a row that a rise must last.
 const CONFIRM_TICKS: u8 = 2;
 
@@ -26,6 +31,11 @@ struct Rise {
 }
 
 impl Rise {
+    /// How far `value` is above the baseline.
+    fn rise(&self, value: f32) -> f32 {
+        value - self.baseline.unwrap_or(value)
+    }
+
     /// `true` once `value` has been above the baseline by `threshold` for [`CONFIRM_TICKS`].
     fn feel(&mut self, value: f32, threshold: f32) -> bool {
         let baseline = self.baseline.unwrap_or(value);
@@ -48,6 +58,8 @@ pub struct Felt {
     pub fingers: [bool; FINGERS],
     /// Palm in contact.
     pub palm: bool,
+    /// Per finger: knocked against something, harder than any motion of the hand in free air can feel.
+    pub knocked: [bool; FINGERS],
 }
 
 impl Felt {
@@ -80,8 +92,11 @@ impl Onset {
         }
         let mut felt = Felt { palm: self.pad_pressed[PADS - 1], ..Felt::default() };
         for f in 0..FINGERS {
+            let bend_rad = readings.motor_q_rad[f] - readings.inner_q_rad[f];
+            felt.knocked[f] = self.tip[f].rise(readings.tip_torque_nm[f]).abs() > TIP_KNOCK_NM
+                || self.bend[f].rise(bend_rad).abs() > BEND_KNOCK_RAD;
             let tip = self.tip[f].feel(readings.tip_torque_nm[f], TIP_RISE_NM);
-            let bend = self.bend[f].feel(readings.motor_q_rad[f] - readings.inner_q_rad[f], BEND_RISE_RAD);
+            let bend = self.bend[f].feel(bend_rad, BEND_RISE_RAD);
             felt.fingers[f] = tip || bend || self.pad_pressed[f];
         }
         felt

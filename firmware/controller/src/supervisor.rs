@@ -54,8 +54,7 @@ pub enum Condition {
 
 impl Condition {
     /// Every condition, gravest first.
-    pub const ALL: [Self; 6] =
-        [Self::Silent, Self::Invalid, Self::Limit, Self::Speed, Self::Tracking, Self::Mission];
+    pub const ALL: [Self; 6] = [Self::Silent, Self::Invalid, Self::Limit, Self::Speed, Self::Tracking, Self::Mission];
 
     /// The mode that it demands.
     pub const fn demands(self) -> Mode {

@@ -12,8 +12,8 @@ use nalgebra::{Isometry3, SMatrix, SVector, Translation3, UnitQuaternion, Vector
 use std::vec::Vec;
 use tactus_common::limits::{ARM_ACCELERATION_MAX_RAD_S2, ARM_JOINTS, FINGERS, HAND_MOTORS, PADS, TICK_S};
 use tactus_common::message::{
-    PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, RefusalReason, RolloutRequest, RolloutResult,
-    SCHEMA_VERSION, Setup,
+    PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, RefusalReason, RolloutRequest, RolloutResult, SCHEMA_VERSION,
+    Setup,
 };
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::reading::{HandCommand, JointReadings, TactileImage, Validity};
@@ -190,14 +190,25 @@ pub struct HandSim {
 
 impl HandSim {
     /// One tick; `object` is what it may run into.
-    pub fn step(&mut self, commands: &[HandCommand; HAND_MOTORS], world_from_hand: &Isometry3<f32>, object: Option<&PlanarPose>) {
+    pub fn step(
+        &mut self,
+        commands: &[HandCommand; HAND_MOTORS],
+        world_from_hand: &Isometry3<f32>,
+        object: Option<&PlanarPose>,
+    ) {
         for (m, command) in commands.iter().enumerate() {
             let step = DRIVE_RAD_S * TICK_S;
             let change = match command {
                 HandCommand::Idle => 0.0,
                 HandCommand::Position(target) => (target - self.motor_q_rad[m]).clamp(-step, step),
                 HandCommand::Velocity(speed) => speed * TICK_S,
-                HandCommand::Torque(torque) => if *torque > 0.0 { step } else { -step },
+                HandCommand::Torque(torque) => {
+                    if *torque > 0.0 {
+                        step
+                    } else {
+                        -step
+                    }
+                }
             };
             let before = self.motor_q_rad[m];
             let limit = if m < FINGERS { FINGER_LIMIT } else { SPREAD_LIMIT };

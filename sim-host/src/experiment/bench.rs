@@ -1,13 +1,13 @@
 //! Benchmarks that print medians; no timed tests.
 
-use crate::mission::{self, MissionOptions};
 use crate::mental::{Closing, MentalModel, RolloutInput};
+use crate::mission::{self, MissionOptions};
+use crate::scenario::Scenario;
 use crate::world::{HandStart, Mismatch, Scene, World};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use std::time::Instant;
 use tactus_common::limits::TICK_S;
 use tactus_common::pose::{Interval, PlanarPose};
-use crate::scenario::Scenario;
 use tactus_common::reading::{HandCommand, JointCommands};
 
 /// The middle of the measured values.
@@ -38,7 +38,11 @@ pub fn bench_world() {
         }
         speeds.push(f64::from(ticks) * f64::from(TICK_S) / started.elapsed().as_secs_f64());
     }
-    println!("world: {:.1} x real time (median of {} runs of 2 s, one thread, all sensors)", median(speeds.clone()), speeds.len());
+    println!(
+        "world: {:.1} x real time (median of {} runs of 2 s, one thread, all sensors)",
+        median(speeds.clone()),
+        speeds.len()
+    );
 }
 
 /// Rolls touches out at several poses and prints what one costs.
@@ -69,7 +73,12 @@ pub fn bench_rollout() {
         }
         times_ms.push(started.elapsed().as_secs_f64() * 1e3);
     }
-    println!("rollout: {:.1} ms (median of {}), {:.0} ticks of closing", median(times_ms.clone()), times_ms.len(), median(ticks));
+    println!(
+        "rollout: {:.1} ms (median of {}), {:.0} ticks of closing",
+        median(times_ms.clone()),
+        times_ms.len(),
+        median(ticks)
+    );
 }
 
 /// Carries missions out and prints what one update of the belief costs on the host.

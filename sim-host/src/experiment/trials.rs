@@ -204,9 +204,8 @@ fn mission_options(options: &TrialsOptions, i: u32) -> MissionOptions {
 /// A file cannot be written, or a scene cannot be simulated (a defect of the scene, not of a mission).
 pub fn run(options: &TrialsOptions, csv: Option<&Path>) -> anyhow::Result<Statistics> {
     // Opened before the work: a bad path must not cost an hour.
-    let writer = csv
-        .map(|p| csv::Writer::from_path(p).with_context(|| format!("--csv {}", p.display())))
-        .transpose()?;
+    let writer =
+        csv.map(|p| csv::Writer::from_path(p).with_context(|| format!("--csv {}", p.display()))).transpose()?;
     let bar = if options.quiet { ProgressBar::hidden() } else { ProgressBar::new(u64::from(options.count)) };
     bar.set_style(ProgressStyle::with_template("{bar:40} {pos}/{len} missions, {eta} left")?);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.jobs).build()?;

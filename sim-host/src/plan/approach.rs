@@ -125,7 +125,10 @@ impl Planner {
 /// The line down to the goal; `None` if the query has none.
 fn line_of(query: &PlanQuery) -> Option<Stroke> {
     let has_line = query.purpose != Purpose::Home && query.approach_height_m >= 1e-3;
-    has_line.then(|| Stroke { from: raised(&query.goal_world_from_hand, query.approach_height_m), to: query.goal_world_from_hand })
+    has_line.then(|| Stroke {
+        from: raised(&query.goal_world_from_hand, query.approach_height_m),
+        to: query.goal_world_from_hand,
+    })
 }
 
 /// The ladder down to the goal and, if a transport is to follow and can, on along it; and the number of rungs down to the goal.

@@ -66,7 +66,8 @@ impl Body {
         let cuboid = Cuboid::new(half_m);
         let box_from_shape = world_from_box.inv_mul(&(*world_from_link * self.local));
         // Shapes that the library cannot compare count as touching: a refused plan is better than a crash.
-        rapier3d::parry::query::intersection_test(&Pose::IDENTITY, &cuboid, &box_from_shape, &*self.shape).map_or(true, |t| t.intersecting)
+        rapier3d::parry::query::intersection_test(&Pose::IDENTITY, &cuboid, &box_from_shape, &*self.shape)
+            .map_or(true, |t| t.intersecting)
     }
 
     /// Whether the solids overlap or are no farther apart than `margin_m`.

@@ -36,7 +36,8 @@ impl Curve {
         };
         let mut control = vec![[0.0; 7]; n + 3];
         for j in 0..7 {
-            let (first, last) = if n >= 3 { (bend(0, 1, 2, 3, j), bend(n, n - 1, n - 2, n - 3, j)) } else { (0.0, 0.0) };
+            let (first, last) =
+                if n >= 3 { (bend(0, 1, 2, 3, j), bend(n, n - 1, n - 2, n - 3, j)) } else { (0.0, 0.0) };
             // c[i-1] + 4 c[i] + c[i+1] = 6 p[i] with both ends known: Thomas' algorithm. Control point i is at index i + 1.
             let c_first = p[0][j] - first / 6.0;
             let c_last = p[n][j] - last / 6.0;
@@ -102,7 +103,12 @@ impl Curve {
         let i = (x as usize).min(self.pieces() - 1);
         let s = x - i as f64;
         let r = 1.0 - s;
-        let w = [r * r * r / 6.0, (4.0 + s * s * (3.0 * s - 6.0)) / 6.0, (4.0 + r * r * (3.0 * r - 6.0)) / 6.0, s * s * s / 6.0];
+        let w = [
+            r * r * r / 6.0,
+            (4.0 + s * s * (3.0 * s - 6.0)) / 6.0,
+            (4.0 + r * r * (3.0 * r - 6.0)) / 6.0,
+            s * s * s / 6.0,
+        ];
         let dw = [-0.5 * r * r, 0.5 * s * (3.0 * s - 4.0), 0.5 * r * (4.0 - 3.0 * r), 0.5 * s * s];
         let ddw = [r, 3.0 * s - 2.0, 3.0 * r - 2.0, s];
         let mix = |weights: &[f64; 4], scale: f64| {
@@ -140,7 +146,8 @@ mod tests {
     #[test]
     fn a_rounded_polyline_keeps_its_ends_and_cuts_only_the_corner() {
         let corner = [[0.0; 7], [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]];
-        let length = |a: &Joints, b: &Joints| f64::from(a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max));
+        let length =
+            |a: &Joints, b: &Joints| f64::from(a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max));
         let curve = Curve::rounding(&corner, 10, length).unwrap();
         assert!((curve.length() - 2.0).abs() < 1e-9);
         assert_eq!(curve.at(0.0).q, [0.0; 7]);

@@ -105,7 +105,8 @@ pub struct Ladder {
 impl Ladder {
     /// Solves the ladder from its last rung to the first (dynamic programming). Swivels of neighbouring rungs differ by at most one and a half steps.
     pub fn solve(rungs: Vec<Rung>) -> Self {
-        let mut onward: Vec<Vec<(f32, usize)>> = rungs.iter().map(|rung| vec![(f32::INFINITY, 0); rung.nodes.len()]).collect();
+        let mut onward: Vec<Vec<(f32, usize)>> =
+            rungs.iter().map(|rung| vec![(f32::INFINITY, 0); rung.nodes.len()]).collect();
         for r in (0..rungs.len()).rev() {
             for i in 0..rungs[r].nodes.len() {
                 let node = &rungs[r].nodes[i];
@@ -153,7 +154,8 @@ impl Ladder {
 /// Cost of going from one posture to another on the next rung; `None` if they do not belong together.
 fn step_cost_s(from: &Node, to: &Node) -> Option<f32> {
     let turn = wrap_turn(to.swivel_rad - from.swivel_rad).abs();
-    if turn > 1.5 * SWIVEL_STEP_RAD || from.q_rad.iter().zip(&to.q_rad).any(|(a, b)| (a - b).abs() > JOINT_STEP_MAX_RAD) {
+    if turn > 1.5 * SWIVEL_STEP_RAD || from.q_rad.iter().zip(&to.q_rad).any(|(a, b)| (a - b).abs() > JOINT_STEP_MAX_RAD)
+    {
         return None;
     }
     // A sign that changes means that the singularity was passed between the rungs.

@@ -90,28 +90,37 @@ impl Planner {
 
     /// Up, over, down, the hand's orientation turning evenly from the start's to the goal's.
     fn transport(&self, query: &PlanQuery) -> Result<Vec<Part>, PlanRefusal> {
-        let [up, over, down] = carry_strokes(&arm::hand_pose(&query.start_q_rad), &query.goal_world_from_hand, query.approach_height_m);
+        let [up, over, down] =
+            carry_strokes(&arm::hand_pose(&query.start_q_rad), &query.goal_world_from_hand, query.approach_height_m);
         let near_table = Rules { object: None, ..self.start_rules(query) };
         let carried = query.object.map(|object| Block {
-            pose: Pose::from(arm::hand_pose(&query.start_q_rad)).inverse() * Pose::from(object.pose.isometry(object.z_m)),
+            pose: Pose::from(arm::hand_pose(&query.start_q_rad)).inverse()
+                * Pose::from(object.pose.isometry(object.z_m)),
             half_m: Vector::from(object.half_extents_m),
         });
         // Half the lift is left as room for a load that hangs askew.
         let margin = self.config.table_margin_m.min(0.5 * query.approach_height_m);
         let aloft = Rules { table_margin_m: margin, object: None, carried, ..self.travel_rules(query) };
         let gentle = self.config.carry_acceleration_scale;
-        self.strokes(query, &[
-            (up, self.line_pace(self.config.retreat_speed_m_s, gentle), near_table),
-            (over, self.line_pace(self.config.carry_speed_m_s, gentle), aloft),
-            (down, self.line_pace(self.config.guarded_speed_m_s, gentle), near_table),
-        ])
+        self.strokes(
+            query,
+            &[
+                (up, self.line_pace(self.config.retreat_speed_m_s, gentle), near_table),
+                (over, self.line_pace(self.config.carry_speed_m_s, gentle), aloft),
+                (down, self.line_pace(self.config.guarded_speed_m_s, gentle), near_table),
+            ],
+        )
     }
 
     /// Consecutive strokes from the query's start posture, each at its own pace and under its own rules.
     fn strokes(&self, query: &PlanQuery, strokes: &[(Stroke, Pace, Rules)]) -> Result<Vec<Part>, PlanRefusal> {
         let start = &query.start_q_rad;
         let mut rungs = vec![Rung::only(start, inverse::swivel(start))];
-        rungs.extend(strokes.iter().flat_map(|(stroke, _, _)| stroke.rung_poses().map(|pose| Rung::at(&pose)).collect::<Vec<_>>()));
+        rungs.extend(
+            strokes
+                .iter()
+                .flat_map(|(stroke, _, _)| stroke.rung_poses().map(|pose| Rung::at(&pose)).collect::<Vec<_>>()),
+        );
         let ladder = Ladder::solve(rungs);
         if ladder.is_out_of_reach() {
             return Err(PlanRefusal::OutOfReach);
@@ -184,7 +193,11 @@ fn raised(pose: &nalgebra::Isometry3<f32>, height_m: f32) -> nalgebra::Isometry3
 fn carry_strokes(from: &nalgebra::Isometry3<f32>, to: &nalgebra::Isometry3<f32>, height_m: f32) -> [Stroke; 3] {
     let top_m = from.translation.z.max(to.translation.z) + height_m;
     let (above_from, above_to) = (raised(from, top_m - from.translation.z), raised(to, top_m - to.translation.z));
-    [Stroke { from: *from, to: above_from }, Stroke { from: above_from, to: above_to }, Stroke { from: above_to, to: *to }]
+    [
+        Stroke { from: *from, to: above_from },
+        Stroke { from: above_from, to: above_to },
+        Stroke { from: above_to, to: *to },
+    ]
 }
 
 /// Times all parts one after the other, the last one guarded if `guarded`.

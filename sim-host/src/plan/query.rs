@@ -1,7 +1,7 @@
 //! What can be asked of the planner, and its refusals.
 
-use super::scene::Block;
 use super::Joints;
+use super::scene::Block;
 use nalgebra::Isometry3;
 use rapier3d::parry::math::Vector;
 use tactus_common::pose::PlanarPose;
@@ -134,9 +134,15 @@ impl Default for PlannerConfig {
 
 impl ObjectEstimate {
     /// An estimate whose inflation is three standard deviations: `sigma_m` of the position along the object's x and y, metres, `sigma_phi_rad` of
-    /// its yaw. Never more than `HALF_MAX` = 0.12 m a side: beyond that one approaches from above anyway.
-    pub fn with_sigma(half_extents_m: [f32; 3], pose: PlanarPose, z_m: f32, sigma_m: [f32; 2], sigma_phi_rad: f32) -> Self {
-        const HALF_MAX: f32 = 0.12;
+    /// its yaw. Never more than `HALF_MAX` = 0.3 m a side: what lies beyond is the table's edge.
+    pub fn with_sigma(
+        half_extents_m: [f32; 3],
+        pose: PlanarPose,
+        z_m: f32,
+        sigma_m: [f32; 2],
+        sigma_phi_rad: f32,
+    ) -> Self {
+        const HALF_MAX: f32 = 0.3;
         let turn = 3.0 * sigma_phi_rad;
         let inflation_m = [
             (3.0 * sigma_m[0] + turn * half_extents_m[1]).clamp(0.0, HALF_MAX),

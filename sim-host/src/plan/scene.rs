@@ -87,7 +87,8 @@ impl Scene {
         // Links 0 and 1 stand on the table's level by construction.
         for body in self.bodies.iter().filter(|body| body.link >= 2) {
             let pose = &poses[body.link];
-            if body.centre(pose).z - body.radius_m < rules.table_margin_m && body.lowest_m(pose) < rules.table_margin_m {
+            if body.centre(pose).z - body.radius_m < rules.table_margin_m && body.lowest_m(pose) < rules.table_margin_m
+            {
                 return Some(Hit::Table);
             }
         }
@@ -118,11 +119,20 @@ impl Scene {
             return Some(Hit::Table);
         }
         let arm = self.bodies.iter().filter(|body| body.link <= 4);
-        arm.into_iter().any(|body| body.meets_box(&poses[body.link], &world_from_box, load.half_m)).then_some(Hit::Itself)
+        arm.into_iter()
+            .any(|body| body.meets_box(&poses[body.link], &world_from_box, load.half_m))
+            .then_some(Hit::Itself)
     }
 
     /// What a straight motion in joint space runs into, both ends included, looked at in steps in which no point of the robot moves more than `step_m`.
-    pub fn segment_hit(&self, from: &Joints, to: &Joints, angles: &HandAngles, rules: &Rules, step_m: f32) -> Option<Hit> {
+    pub fn segment_hit(
+        &self,
+        from: &Joints,
+        to: &Joints,
+        angles: &HandAngles,
+        rules: &Rules,
+        step_m: f32,
+    ) -> Option<Hit> {
         let steps = ((travel_m(from, to) / step_m) as usize + 1).next_power_of_two();
         if let Some(hit) = self.hit(from, angles, rules).or_else(|| self.hit(to, angles, rules)) {
             return Some(hit);

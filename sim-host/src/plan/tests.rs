@@ -23,7 +23,8 @@ fn planner() -> Planner {
 
 /// Hand pointing straight down, its x axis at `yaw_rad` from the world's.
 fn down(x_m: f32, y_m: f32, z_m: f32, yaw_rad: f32) -> Isometry3<f32> {
-    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad) * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad)
+        * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
     Isometry3::from_parts(Translation3::new(x_m, y_m, z_m), turn)
 }
 
@@ -78,7 +79,6 @@ fn transport(grasped_q_rad: Joints, pose: PlanarPose) -> PlanQuery {
         ..touch(grasped_q_rad, pose, 0.0)
     }
 }
-
 
 /// The posture in which a trajectory ends.
 fn end(trajectory: &Trajectory) -> Joints {
@@ -145,11 +145,13 @@ fn two_hundred_random_touches_are_found_free_straight_and_within_limits() {
             // An escape upwards may start within the inflation, never within the object.
             let escaping = at < 0.6;
             let half_m = if at >= guarded_s || escaping { HALF_M } else { grown };
-            let complaint = witness::complaint(&solids, &t.sample(at).unwrap().q_rad, &query.hand_angles, Some((&block, half_m)));
+            let complaint =
+                witness::complaint(&solids, &t.sample(at).unwrap().q_rad, &query.hand_angles, Some((&block, half_m)));
             assert_eq!(complaint, None, "at {at} of {} s, {pose:?}", t.duration());
         }
         // A contact stops the arm somewhere on the line, and not quite on it.
-        let stopped = t.sample(random.within(guarded_s, t.duration())).unwrap().q_rad.map(|q| q + random.within(-0.01, 0.01));
+        let stopped =
+            t.sample(random.within(guarded_s, t.duration())).unwrap().q_rad.map(|q| q + random.within(-0.01, 0.01));
         let retreat = planner.plan(&PlanQuery { purpose: Purpose::Retreat, start_q_rad: stopped, ..query }).unwrap();
         assert_straight(&retreat, 0.0, 0.25);
         assert_eq!(retreat.guarded_from_s(), None);
@@ -206,10 +208,19 @@ fn whatever_the_witness_sees_the_scene_sees_too() {
         let angles = HandAngles::engaged(core::array::from_fn(|_| random.within(0.0, 2.4)), random.within(0.0, PI));
         // A box near the hand.
         let near = arm::hand_pose(&q).translation.vector;
-        let pose = PlanarPose::new(near.x + random.within(-0.3, 0.3), near.y + random.within(-0.3, 0.3), random.within(-PI, PI));
+        let pose = PlanarPose::new(
+            near.x + random.within(-0.3, 0.3),
+            near.y + random.within(-0.3, 0.3),
+            random.within(-PI, PI),
+        );
         let estimate = ObjectEstimate { z_m: near.z + random.within(-0.3, 0.3), ..object(pose) };
-        let rules =
-            Rules { table_margin_m: 0.0, self_margin_m: 0.0, object: Some(estimate.block(0.0)), fingers_may_touch: false, carried: None };
+        let rules = Rules {
+            table_margin_m: 0.0,
+            self_margin_m: 0.0,
+            object: Some(estimate.block(0.0)),
+            fingers_may_touch: false,
+            carried: None,
+        };
         let block = pose.isometry(estimate.z_m);
         match planner.scene().hit(&q, &angles, &rules) {
             Some(scene::Hit::Table) => hits[0] += 1,
@@ -221,7 +232,8 @@ fn whatever_the_witness_sees_the_scene_sees_too() {
         // A miss by a centimetre or more is no hit: the scene does not cry wolf.
         let clear = witness::complaint(&solids, &q, &angles, Some((&block, HALF_M.map(|h| h + 0.02)))).is_none();
         let lowest_clear = planner.scene().hit(&q, &angles, &grown) != Some(scene::Hit::Table);
-        blind += usize::from(clear && lowest_clear && planner.scene().hit(&q, &angles, &rules) == Some(scene::Hit::Object));
+        blind +=
+            usize::from(clear && lowest_clear && planner.scene().hit(&q, &angles, &rules) == Some(scene::Hit::Object));
     }
     assert!(hits.iter().all(|h| *h > 20), "table, object, itself: {hits:?}");
     assert!(blind == 0, "{blind} false alarms");
@@ -260,7 +272,8 @@ fn a_way_round_the_box_is_found_when_the_straight_motion_is_blocked() {
         let block = pose.isometry(0.1);
         let inflation = query.object.unwrap().inflation_m;
         let grown: [f32; 3] = core::array::from_fn(|i| HALF_M[i] + inflation[i]);
-        searched += usize::from(witness::complaint(&solids, &straight, &query.hand_angles, Some((&block, HALF_M))).is_some());
+        searched +=
+            usize::from(witness::complaint(&solids, &straight, &query.hand_angles, Some((&block, HALF_M))).is_some());
         for at in instants(&t, 0.01) {
             let q = t.sample(at).unwrap().q_rad;
             assert_eq!(witness::complaint(&solids, &q, &query.hand_angles, Some((&block, grown))), None, "at {at}");
@@ -296,7 +309,10 @@ fn each_refusal_has_its_reason() {
     ));
     assert_eq!(refused(&|q| q.start_q_rad = [0.0, 1.9, 0.0, 1.0, 0.0, 0.0, 0.0]), PlanRefusal::StartInCollision);
     let inside_the_box = PlanarPose::new(-0.05, -0.2, 0.0);
-    assert_eq!(refused(&|q| q.object = Some(ObjectEstimate { z_m: 0.4, ..object(inside_the_box) })), PlanRefusal::StartInCollision);
+    assert_eq!(
+        refused(&|q| q.object = Some(ObjectEstimate { z_m: 0.4, ..object(inside_the_box) })),
+        PlanRefusal::StartInCollision
+    );
     assert_eq!(refused(&|q| q.start_q_rad[3] = f32::NAN), PlanRefusal::NonFinite);
     assert_eq!(refused(&|q| q.goal_world_from_hand.translation.x = f32::INFINITY), PlanRefusal::NonFinite);
     assert_eq!(refused(&|q| q.approach_height_m = -0.1), PlanRefusal::NonFinite);

@@ -68,7 +68,8 @@ impl Law {
             let point = curve.at(curve.length() * k as f64 / samples as f64);
             for j in 0..7 {
                 let acceleration = pace.acceleration_scale * f64::from(ARM_ACCELERATION_MAX_RAD_S2[j]);
-                per_velocity = per_velocity.max(point.dq[j].abs() / (pace.velocity_scale * f64::from(ARM_LIMITS[j].velocity_rad_s)));
+                per_velocity = per_velocity
+                    .max(point.dq[j].abs() / (pace.velocity_scale * f64::from(ARM_LIMITS[j].velocity_rad_s)));
                 per_acceleration = per_acceleration.max(point.dq[j].abs() / acceleration);
                 bend = bend.max(point.ddq[j].abs() / acceleration);
             }
@@ -104,11 +105,7 @@ impl Law {
 fn joint_state(curve: &Curve, law: &Law, t_s: f64) -> Point {
     let [u, du, ddu] = law.at(t_s);
     let p = curve.at(u);
-    Point {
-        q: p.q,
-        dq: p.dq.map(|d| d * du),
-        ddq: core::array::from_fn(|j| p.ddq[j] * du * du + p.dq[j] * ddu),
-    }
+    Point { q: p.q, dq: p.dq.map(|d| d * du), ddq: core::array::from_fn(|j| p.ddq[j] * du * du + p.dq[j] * ddu) }
 }
 
 /// Knots of the fastest motion from rest to rest along `curve`, times from 0: as few per phase as keep the quintics between them within

@@ -334,7 +334,10 @@ mod tests {
         let at_rad = d.broken_at_rad.expect("1 N m is exceeded after 5 mrad");
         assert!(at_rad < 0.82, "{at_rad}");
         let rests = d.rests(&p, inner, 5e-4);
-        assert!((rests.inner_rad + rests.distal_rad - TIP_PER_MOTOR * d.motor.q_rad).abs() < 0.02, "the cable law holds");
+        assert!(
+            (rests.inner_rad + rests.distal_rad - TIP_PER_MOTOR * d.motor.q_rad).abs() < 0.02,
+            "the cable law holds"
+        );
         assert!(d.motor.q_rad > at_rad + 0.1);
         for _ in 0..2000 {
             d.step(&p, HandCommand::Velocity(-0.5), 5e-4);

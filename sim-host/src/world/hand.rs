@@ -51,7 +51,8 @@ impl HandParams {
     pub fn new(model: &RobotModel, breakaway: &[f32; 3]) -> Self {
         let drive = &model.extra.hand.drive;
         let range_rad = model.joints.get(&model.extra.hand.inner_joints[0]).map_or([0.0, 2.44], |j| j.range_rad);
-        let spread_range_rad = model.joints.get(&model.extra.hand.spread_joints[0]).map_or([0.0, 3.14], |j| j.range_rad);
+        let spread_range_rad =
+            model.joints.get(&model.extra.hand.spread_joints[0]).map_or([0.0, core::f32::consts::PI], |j| j.range_rad);
         let motor = MotorParams {
             speed_max_rad_s: drive.finger_speed_rad_s,
             speed_no_load_rad_s: drive.finger_speed_rad_s * assumed::NO_LOAD_SPEED_RATIO,
@@ -111,7 +112,13 @@ pub struct HandDrives {
 
 impl HandDrives {
     /// A hand at rest; moves the joints of `robot` there too.
-    pub fn start(physics: &mut PhysicsWorld, robot: &Robot, params: &HandParams, start: &HandStart, arm_q_rad: &[f32]) -> Self {
+    pub fn start(
+        physics: &mut PhysicsWorld,
+        robot: &Robot,
+        params: &HandParams,
+        start: &HandStart,
+        arm_q_rad: &[f32],
+    ) -> Self {
         let mut angles: Vec<_> = robot.arm.iter().copied().zip(arm_q_rad.iter().copied()).collect();
         for f in 0..3 {
             angles.push((robot.inner[f], start.inner_rad[f]));
@@ -120,7 +127,12 @@ impl HandDrives {
         angles.extend(robot.spread.iter().map(|j| (*j, start.spread_rad)));
         robot.set_angles(physics, &angles);
         let finger = &params.fingers[0];
-        robot.add_hand_damping(physics, params.spread_shaft.damping_nms_rad, finger.inner.damping_nms_rad, finger.tip.damping_nms_rad);
+        robot.add_hand_damping(
+            physics,
+            params.spread_shaft.damping_nms_rad,
+            finger.inner.damping_nms_rad,
+            finger.tip.damping_nms_rad,
+        );
         let mut drives = Self {
             fingers: start.inner_rad.map(FingerDrive::at),
             spread: Motor::at(start.spread_rad),
@@ -134,9 +146,16 @@ impl HandDrives {
     }
 
     /// Turns the motors by `dt_s` and moves the springs' rest angles along; call before the physics step.
-    pub fn drive(&mut self, physics: &mut PhysicsWorld, robot: &Robot, params: &HandParams, commands: &[HandCommand; 4], dt_s: f32) {
-        for f in 0..3 {
-            self.fingers[f].step(&params.fingers[f], commands[f], dt_s);
+    pub fn drive(
+        &mut self,
+        physics: &mut PhysicsWorld,
+        robot: &Robot,
+        params: &HandParams,
+        commands: &[HandCommand; 4],
+        dt_s: f32,
+    ) {
+        for (finger, (params, command)) in self.fingers.iter_mut().zip(params.fingers.iter().zip(commands)) {
+            finger.step(params, *command, dt_s);
         }
         self.spread.step(&params.spread, commands[3], self.spread_load_nm, dt_s);
         self.set_springs(physics, robot, params, dt_s);
@@ -159,12 +178,21 @@ impl HandDrives {
     /// Reads joints and shaft torques; call after the physics step.
     pub fn feel(&mut self, physics: &PhysicsWorld, robot: &Robot, params: &HandParams) {
         let joints = [
-            robot.spread[0], robot.spread[1], robot.inner[0], robot.tip[0], robot.inner[1], robot.tip[1], robot.inner[2], robot.tip[2],
+            robot.spread[0],
+            robot.spread[1],
+            robot.inner[0],
+            robot.tip[0],
+            robot.inner[1],
+            robot.tip[1],
+            robot.inner[2],
+            robot.tip[2],
         ];
         let states: [JointState; 8] = robot.states(physics, &joints);
         self.spread_load_nm = 0.0;
         for knuckle in &states[..2] {
-            self.spread_load_nm += params.spread_shaft.torque_nm(self.spread.q_rad - knuckle.q_rad, self.spread.qd_rad_s - knuckle.qd_rad_s);
+            self.spread_load_nm += params
+                .spread_shaft
+                .torque_nm(self.spread.q_rad - knuckle.q_rad, self.spread.qd_rad_s - knuckle.qd_rad_s);
         }
         for f in 0..3 {
             self.inner[f] = states[2 + 2 * f];

@@ -32,8 +32,8 @@ pub use mismatch::Mismatch;
 pub use scene::Scene;
 
 use digest::Fnv;
-use integrator::Midpoint;
 use hand::{HandDrives, HandParams};
+use integrator::Midpoint;
 use model::RobotModel;
 use nalgebra::Isometry3;
 use noise::Noise;
@@ -42,7 +42,7 @@ use robot::{Robot, Root};
 use sensors::Sensors;
 use std::collections::VecDeque;
 use tactile::{PadParams, Pads};
-use tactus_common::limits::{HAND_LINKS, PADS, PAD_CELLS, TICK_S};
+use tactus_common::limits::{HAND_LINKS, PAD_CELLS, PADS, TICK_S};
 use tactus_common::reading::{HandCommand, JointCommands, JointReadings, TactileImage};
 
 /// Physics steps in one tick: 4 of 0.5 ms (see the energy test for what that costs in accuracy).
@@ -207,11 +207,12 @@ impl World {
         for _ in 0..STEPS_PER_TICK {
             self.step(&tau_nm, &acting.hand);
             contacts::hand_contacts(&self.physics, &self.robot, dt_s, |contact| {
-                link_force_n[contact.link] += share * contact.force.force_n.length();
+                link_force_n[contact.link] += share * contact.force_n();
                 if let Some(pad) = due.filter(|pad| PAD_LINKS[*pad] == contact.link) {
-                    let mut force = contact.force;
-                    force.force_n *= share;
-                    self.pads.press(pad, &force, &mut pressure);
+                    contact.along_the_patch(|part| {
+                        let force_n = part.force_n * share;
+                        self.pads.press(pad, &tactile::LinkForce { force_n, ..*part }, &mut pressure);
+                    });
                 }
             });
             for f in 0..3 {
@@ -307,7 +308,8 @@ impl World {
     /// Ideal contact sensor of the method's own study, which the real hand lacks: bit i = hand link i is touched
     /// with at least [`LINK_CONTACT_N`] (contact-matrix order).
     pub fn link_contacts(&self) -> u16 {
-        let touched = |bits: u16, (i, force): (usize, &f32)| if *force >= LINK_CONTACT_N { bits | 1 << i } else { bits };
+        let touched =
+            |bits: u16, (i, force): (usize, &f32)| if *force >= LINK_CONTACT_N { bits | 1 << i } else { bits };
         self.state.link_force_n.iter().enumerate().fold(0, touched)
     }
 

@@ -9,6 +9,9 @@ use super::error::WorldError;
 use super::model::{JointModel, LinkModel, RobotModel};
 use rapier3d::prelude::*;
 
+#[cfg(test)]
+mod probe;
+
 /// Collision groups: who can touch whom.
 pub mod groups {
     use rapier3d::prelude::{Group, InteractionGroups, InteractionTestMode};
@@ -147,7 +150,13 @@ fn scaled(link: &LinkModel, scale: f32) -> MassProperties {
 }
 
 impl Builder<'_> {
-    fn attach(&mut self, link: &LinkModel, body: RigidBodyHandle, in_body: Pose, hand_link: Option<usize>) -> Option<ColliderHandle> {
+    fn attach(
+        &mut self,
+        link: &LinkModel,
+        body: RigidBodyHandle,
+        in_body: Pose,
+        hand_link: Option<usize>,
+    ) -> Option<ColliderHandle> {
         // Knuckles and the arm are bare; palm, inner links and tips carry rubber.
         let pad = hand_link.is_some_and(|i| i != 1 && i != 4);
         let mut first = None;
@@ -280,9 +289,8 @@ impl Robot {
 
     /// Sets damping, friction and rotor inertia, once the multibody is whole.
     fn finish(&mut self, world: &mut PhysicsWorld, model: &RobotModel, scales: &RobotScales) -> Result<(), WorldError> {
-        let ids = |world: &PhysicsWorld, joint: &Joint| {
-            world.multibody_joints.rigid_body_link(joint.child).map(|l| l.id)
-        };
+        let ids =
+            |world: &PhysicsWorld, joint: &Joint| world.multibody_joints.rigid_body_link(joint.child).map(|l| l.id);
         for joint in self.arm.iter_mut().chain(&mut self.spread).chain(&mut self.inner).chain(&mut self.tip) {
             joint.link_id = ids(world, joint).ok_or_else(|| WorldError::Model("a joint is missing".into()))?;
         }
@@ -303,7 +311,8 @@ impl Robot {
         }
         multibody.forward_kinematics(bodies, true);
         multibody.damping_mut().fill(0.0);
-        let dof = |multibody: &Multibody, joint: &Joint| multibody.link(joint.link_id).map_or(0, MultibodyLink::assembly_id);
+        let dof =
+            |multibody: &Multibody, joint: &Joint| multibody.link(joint.link_id).map_or(0, MultibodyLink::assembly_id);
         for (i, joint) in self.arm.iter().enumerate() {
             let k = dof(multibody, joint);
             let described = model.joint(&model.extra.arm.joints[i])?;
@@ -337,39 +346,6 @@ impl Robot {
                 for joint in joints {
                     let k = multibody.link(joint.link_id).map_or(0, MultibodyLink::assembly_id);
                     multibody.damping_mut()[k] += extra;
-                }
-            }
-        }
-    }
-
-    /// Sets arm damping and dry friction to zero (physics tests), keeping the rotors' inertia.
-    pub fn make_frictionless(&self, world: &mut PhysicsWorld, keep_damping: bool) {
-        if let Some(multibody) = self.multibody_mut(world) {
-            for joint in &self.arm {
-                let k = multibody.link(joint.link_id).map_or(0, MultibodyLink::assembly_id);
-                multibody.frictions_mut()[k] = 0.0;
-                if !keep_damping {
-                    multibody.damping_mut()[k] = 0.0;
-                }
-            }
-        }
-    }
-
-    /// Takes all viscous damping away (physics tests).
-    #[cfg(test)]
-    pub fn remove_all_damping(&self, world: &mut PhysicsWorld) {
-        if let Some(multibody) = self.multibody_mut(world) {
-            multibody.damping_mut().fill(0.0);
-        }
-    }
-
-    /// Takes the limits off the arm's joints (physics tests).
-    #[cfg(test)]
-    pub fn remove_limits(&self, world: &mut PhysicsWorld) {
-        if let Some(multibody) = self.multibody_mut(world) {
-            for joint in &self.arm {
-                if let Some(link) = multibody.link_mut(joint.link_id) {
-                    link.joint.data.limit_axes = JointAxesMask::empty();
                 }
             }
         }
@@ -411,10 +387,8 @@ impl Robot {
         let velocity = multibody.generalized_velocity();
         for (state, joint) in out.iter_mut().zip(joints) {
             if let Some(link) = multibody.link(joint.link_id) {
-                *state = JointState {
-                    q_rad: link.joint().coords()[COORDINATE],
-                    qd_rad_s: velocity[link.assembly_id()],
-                };
+                *state =
+                    JointState { q_rad: link.joint().coords()[COORDINATE], qd_rad_s: velocity[link.assembly_id()] };
             }
         }
         out
@@ -454,7 +428,11 @@ impl Robot {
         if let Some(multibody) = self.multibody_mut(world) {
             for (i, joint) in self.arm.iter().enumerate() {
                 if let Some(link) = multibody.link_mut(joint.link_id) {
-                    link.joint.set_spring(COORDINATE, TORQUE_SPRING_NM_RAD, q_rad[i] + tau_nm[i] / TORQUE_SPRING_NM_RAD);
+                    link.joint.set_spring(
+                        COORDINATE,
+                        TORQUE_SPRING_NM_RAD,
+                        q_rad[i] + tau_nm[i] / TORQUE_SPRING_NM_RAD,
+                    );
                 }
             }
         }
@@ -465,54 +443,10 @@ impl Robot {
         let link = &self.hand_links[index];
         world.bodies.get(link.body).map_or(Pose::IDENTITY, |b| *b.position() * link.in_body)
     }
-
-    /// Joint-space inertia M(q) by its definition over the bodies, rotors included (f64), and the joints' velocities.
-    #[cfg(test)]
-    pub fn inertia_and_velocity(&self, world: &PhysicsWorld) -> (nalgebra::DMatrix<f64>, nalgebra::DVector<f64>) {
-        let multibody = self.multibody(world).expect("the robot is there");
-        let n = multibody.ndofs();
-        let mut inertia = nalgebra::DMatrix::<f64>::from_diagonal(&multibody.armature().map(f64::from));
-        for (id, link) in multibody.links().enumerate().skip(1) {
-            let body = world.bodies.get(link.rigid_body_handle()).expect("every link has a body");
-            let jacobian = multibody.body_jacobian(id).map(f64::from);
-            let properties = &body.mass_properties().local_mprops;
-            let turn = body.position().rotation * properties.principal_inertia_local_frame;
-            let principal = properties.principal_inertia();
-            let axes = [Vector::X, Vector::Y, Vector::Z].map(|axis| turn * axis);
-            for k in 0..3 {
-                let linear = jacobian.row(k);
-                inertia += linear.transpose() * linear * f64::from(body.mass());
-                let axis = nalgebra::RowVector3::new(axes[k].x, axes[k].y, axes[k].z).map(f64::from);
-                let angular = axis * jacobian.rows(3, 3);
-                inertia += angular.transpose() * angular * f64::from(principal[k]);
-            }
-        }
-        (inertia, nalgebra::DVector::from_fn(n, |i, _| f64::from(multibody.generalized_velocity()[i])))
-    }
-
-    /// Potential energy of the robot's links in the world's gravity, joules (f64).
-    #[cfg(test)]
-    pub fn potential_energy_j(&self, world: &PhysicsWorld) -> f64 {
-        let Some(multibody) = self.multibody(world) else { return 0.0 };
-        let g = world.gravity;
-        let mut energy = 0.0;
-        for link in multibody.links().skip(1) {
-            if let Some(body) = world.bodies.get(link.rigid_body_handle()) {
-                let properties = body.mass_properties();
-                let com = *body.position() * properties.local_mprops.local_com;
-                let height = f64::from(g.x) * f64::from(com.x) + f64::from(g.y) * f64::from(com.y) + f64::from(g.z) * f64::from(com.z);
-                energy -= f64::from(body.mass()) * height;
-            }
-        }
-        energy
-    }
 }
 
 /// World pose of the arm's base.
 pub fn world_from_base(model: &RobotModel) -> Pose {
     let mount = &model.extra.mount;
-    Pose::from_parts(
-        Vector::new(mount.x_m, mount.y_m, mount.z_m),
-        Rotation::from_axis_angle(Vector::Z, mount.yaw_rad),
-    )
+    Pose::from_parts(Vector::new(mount.x_m, mount.y_m, mount.z_m), Rotation::from_axis_angle(Vector::Z, mount.yaw_rad))
 }

@@ -74,7 +74,11 @@ impl Scene {
             let at = format!("({}, {})", self.object.x_m, self.object.y_m);
             return refuse("the object's centre", at, "a point on the table");
         }
-        for (what, value) in [("a half extent of the object", self.half_extents_m[0]), ("a half extent of the object", self.half_extents_m[1]), ("a half extent of the object", self.half_extents_m[2])] {
+        for (what, value) in [
+            ("a half extent of the object", self.half_extents_m[0]),
+            ("a half extent of the object", self.half_extents_m[1]),
+            ("a half extent of the object", self.half_extents_m[2]),
+        ] {
             if !(0.005..=0.5).contains(&value) {
                 return refuse(what, format!("{value} m"), "0.005 to 0.5 m");
             }
@@ -90,7 +94,11 @@ impl Scene {
         for (i, name) in model.extra.arm.joints.iter().enumerate() {
             let [lower, upper] = model.joint(name)?.range_rad;
             if !(lower..=upper).contains(&self.arm_start_rad[i]) {
-                return refuse("an arm joint's start", format!("{} = {} rad", name, self.arm_start_rad[i]), "an angle within its limits");
+                return refuse(
+                    "an arm joint's start",
+                    format!("{} = {} rad", name, self.arm_start_rad[i]),
+                    "an angle within its limits",
+                );
             }
         }
         let hand = &model.extra.hand;
@@ -107,7 +115,8 @@ impl Scene {
 
 /// Inserts the table top, its upper face at z = 0.
 pub fn insert_table(physics: &mut PhysicsWorld, scene: &Scene, mismatch: &Mismatch) -> ColliderHandle {
-    let body = physics.insert_body(RigidBodyBuilder::fixed().translation(Vector::new(0.0, 0.0, -0.5 * TABLE_THICKNESS_M)));
+    let body =
+        physics.insert_body(RigidBodyBuilder::fixed().translation(Vector::new(0.0, 0.0, -0.5 * TABLE_THICKNESS_M)));
     let collider = ColliderBuilder::cuboid(scene.table_half_m[0], scene.table_half_m[1], 0.5 * TABLE_THICKNESS_M)
         .friction(scene.table_friction * mismatch.table_friction)
         .friction_combine_rule(CoefficientCombineRule::Multiply)
@@ -116,9 +125,14 @@ pub fn insert_table(physics: &mut PhysicsWorld, scene: &Scene, mismatch: &Mismat
 }
 
 /// Inserts the box standing on the table. Friction belongs to the other side of each pair; the box's factor is 1.
-pub fn insert_object(physics: &mut PhysicsWorld, scene: &Scene, mismatch: &Mismatch) -> (RigidBodyHandle, ColliderHandle) {
+pub fn insert_object(
+    physics: &mut PhysicsWorld,
+    scene: &Scene,
+    mismatch: &Mismatch,
+) -> (RigidBodyHandle, ColliderHandle) {
     let half = scene.true_half_extents_m(mismatch);
-    let body = physics.insert_body(RigidBodyBuilder::dynamic().pose(scene.object.isometry(half[2]).into()).can_sleep(false));
+    let body =
+        physics.insert_body(RigidBodyBuilder::dynamic().pose(scene.object.isometry(half[2]).into()).can_sleep(false));
     let collider = ColliderBuilder::cuboid(half[0], half[1], half[2])
         .mass(scene.mass_kg * mismatch.object_mass)
         .friction(1.0)

@@ -74,10 +74,10 @@ impl Sensors {
             tip_torque_nm: [0.0; 3],
             valid: Validity::ALL,
         };
-        for f in 0..3 {
+        for (f, torque_nm) in tip_torque_nm.iter().enumerate() {
             readings.motor_q_rad[f] = quantised(f64::from(drives.fingers[f].motor.q_rad), self.finger_count_rad) as f32;
             readings.inner_q_rad[f] = quantised(f64::from(drives.inner[f].q_rad), self.inner_count_rad) as f32;
-            let felt = tip_torque_nm[f] + self.tip_offset_nm[f] + self.tip_noise_nm * noise.normal();
+            let felt = torque_nm + self.tip_offset_nm[f] + self.tip_noise_nm * noise.normal();
             let counts = libm::roundf(felt.clamp(-self.tip_range_nm, self.tip_range_nm) / self.tip_count_nm);
             readings.tip_torque_nm[f] = counts * self.tip_count_nm;
         }

@@ -6,7 +6,7 @@
 use super::model::{Cell, Tactile};
 use super::noise::Noise;
 use rapier3d::prelude::Vector;
-use tactus_common::limits::{PADS, PAD_CELLS, PAD_PERIOD_TICKS};
+use tactus_common::limits::{PAD_CELLS, PAD_PERIOD_TICKS, PADS};
 use tactus_common::reading::TactileImage;
 
 /// Standard deviation of a contact's print in the rubber, metres. Assumed: half the pad's thickness plus a point's size.
@@ -85,7 +85,13 @@ impl Pads {
     }
 
     /// What the pad's electronics make of true pressures.
-    pub fn read(pad: usize, stamp: u32, pressure_n_cm2: &[f32; PAD_CELLS], params: &PadParams, noise: &mut Noise) -> TactileImage {
+    pub fn read(
+        pad: usize,
+        stamp: u32,
+        pressure_n_cm2: &[f32; PAD_CELLS],
+        params: &PadParams,
+        noise: &mut Noise,
+    ) -> TactileImage {
         let mut image = TactileImage { pad: pad as u8, stamp, pressure_n_cm2: [0.0; PAD_CELLS] };
         for (out, pressure) in image.pressure_n_cm2.iter_mut().zip(pressure_n_cm2) {
             let felt = pressure * params.gain + noise.normal() * params.noise_n_cm2;
@@ -148,13 +154,19 @@ mod tests {
 
     #[test]
     fn readings_are_whole_counts_within_range() {
-        let params = PadParams { noise_n_cm2: 0.01, threshold_n_cm2: 0.05, gain: 1.0, step_n_cm2: 1.0 / 256.0, full_scale_n_cm2: 15.99609375 };
+        let params = PadParams {
+            noise_n_cm2: 0.01,
+            threshold_n_cm2: 0.05,
+            gain: 1.0,
+            step_n_cm2: 1.0 / 256.0,
+            full_scale_n_cm2: 15.996_094,
+        };
         let mut p = [0.0; PAD_CELLS];
         p[3] = 40.0;
         p[4] = 1.234;
         p[5] = 0.01;
         let image = Pads::read(0, 9, &p, &params, &mut Noise::new(1));
-        assert_eq!(image.pressure_n_cm2[3], 15.99609375);
+        assert_eq!(image.pressure_n_cm2[3], 15.996_094);
         assert_eq!(image.pressure_n_cm2[5], 0.0);
         for v in image.pressure_n_cm2 {
             assert_eq!(v * 256.0, libm::roundf(v * 256.0));

@@ -39,7 +39,11 @@ fn a_restored_world_goes_on_bit_for_bit() {
 #[test]
 fn overlapping_bodies_are_refused_by_name() {
     let hand = World::new(&Scene::default(), &Mismatch::none(), 0).unwrap().hand_pose().translation.vector;
-    let scene = Scene { object: tactus_common::pose::PlanarPose::new(hand.x, hand.y, 0.0), half_extents_m: [0.1, 0.05, 0.25], ..Scene::default() };
+    let scene = Scene {
+        object: tactus_common::pose::PlanarPose::new(hand.x, hand.y, 0.0),
+        half_extents_m: [0.1, 0.05, 0.25],
+        ..Scene::default()
+    };
     let error = World::new(&scene, &Mismatch::none(), 0).err().unwrap();
     assert!(matches!(error, WorldError::Interpenetration { depth_m, .. } if depth_m > 0.001), "{error}");
     assert!(error.to_string().contains("object"), "{error}");
@@ -66,4 +70,49 @@ fn a_command_that_is_not_finite_is_refused_and_the_world_stands() {
     commands.hand[1] = HandCommand::Velocity(f32::INFINITY);
     assert_eq!(world.tick(&commands), Err(WorldError::Command { drive: "the hand", tick: 0 }));
     assert_eq!(world.state_digest(), before);
+}
+
+#[test]
+fn the_world_and_the_controllers_tables_agree_on_the_robot() {
+    use tactus_common::robot::{self, hand::HandAngles};
+    let start = HandStart { inner_rad: [0.4, 0.9, 1.3], spread_rad: 0.7 };
+    let scene = Scene { arm_start_rad: [0.3, 0.6, -0.4, 1.4, 0.5, 0.7, -0.8], hand_start: start, ..Scene::default() };
+    let world = World::new(&scene, &Mismatch::none(), 0).unwrap();
+    let hand = robot::arm::hand_pose(&scene.arm_start_rad);
+    let links = robot::hand::link_poses(&hand, &HandAngles::engaged(start.inner_rad, start.spread_rad));
+    for (index, (ours, theirs)) in world.hand_link_poses().iter().zip(&links).enumerate() {
+        let apart_m = (ours.translation.vector - theirs.translation.vector).norm();
+        assert!(
+            apart_m < 2e-6 && ours.rotation.angle_to(&theirs.rotation) < 1e-5,
+            "{}: {apart_m} m",
+            HAND_LINK_NAMES[index]
+        );
+    }
+    let model = RobotModel::shipped().unwrap();
+    for pad in 0..PADS {
+        let theirs = if pad < 3 { &robot::FINGERTIP_TAXELS } else { &robot::PALM_TAXELS };
+        for (ours, theirs) in model.extra.tactile.cells(pad).iter().zip(theirs) {
+            for k in 0..3 {
+                assert!((ours.centre_m[k] - theirs.centre_m[k]).abs() < 1e-7, "{ours:?} {theirs:?}");
+                assert!((ours.normal[k] - theirs.normal[k]).abs() < 1e-6, "{ours:?} {theirs:?}");
+            }
+            assert!((ours.area_m2 - theirs.area_m2).abs() < 1e-9);
+        }
+    }
+    // The collision shapes reach exactly as far as the prisms of the tables, in every direction.
+    for (index, link) in world.robot.hand_links.iter().enumerate() {
+        let prism = robot::hand_prism(robot::HandLink::ALL[index]);
+        let shape = world.physics.colliders.get(link.collider).unwrap().shape();
+        let aabb = shape.compute_local_aabb();
+        let [low, high] = prism.z_m;
+        assert!((aabb.mins.z - low).abs() < 1e-6 && (aabb.maxs.z - high).abs() < 1e-6, "{}", HAND_LINK_NAMES[index]);
+        let support = shape.as_support_map().unwrap();
+        for step in 0..720 {
+            let (sin, cos) = libm::sincosf(step as f32 * core::f32::consts::TAU / 720.0);
+            let direction = Vector::new(cos, sin, 0.0);
+            let ours = support.local_support_point(direction).dot(direction);
+            let theirs = prism.corners_m.iter().map(|c| c[0] * cos + c[1] * sin).fold(f32::MIN, f32::max);
+            assert!((ours - theirs).abs() < 1e-6, "{}: {} m off at {step}", HAND_LINK_NAMES[index], ours - theirs);
+        }
+    }
 }

@@ -1,5 +1,5 @@
-use super::*;
 use super::super::tables::{ARM_LIMITS, SHOULDER_HEIGHT_M};
+use super::*;
 
 /// A configuration within the limits, from a fixed sequence.
 pub(crate) fn sample(state: &mut u32) -> [f32; 7] {

@@ -32,8 +32,16 @@ fn the_fingers_open_and_reach_as_far_as_published() {
             on(HandLink::F1Tip) - on(HandLink::F3Tip)
         };
         let end = (poses[HandLink::F1Tip.index()] * Point3::new(TIP_LENGTH_M, 0.0, 0.0)).z - PALM_FACE_Z_M;
-        assert!((across(PAD_POINT_M) - opening).abs() < 0.001, "JF {jf}: opening {} for {opening}", across(PAD_POINT_M));
-        assert!((across([0.020, 0.0095]) - middle).abs() < 0.001, "JF {jf}: middle {} for {middle}", across([0.020, 0.0095]));
+        assert!(
+            (across(PAD_POINT_M) - opening).abs() < 0.001,
+            "JF {jf}: opening {} for {opening}",
+            across(PAD_POINT_M)
+        );
+        assert!(
+            (across([0.020, 0.0095]) - middle).abs() < 0.001,
+            "JF {jf}: middle {} for {middle}",
+            across([0.020, 0.0095])
+        );
         assert!((end - depth).abs() < 0.001, "JF {jf}: depth {end} for {depth}");
     }
 }

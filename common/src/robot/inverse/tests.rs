@@ -9,7 +9,8 @@ fn error(q: &[f32; 7], wanted: &Isometry3<f32>) -> (f32, f32) {
 }
 
 fn down_at(x: f32, y: f32, z: f32, roll: f32) -> Isometry3<f32> {
-    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roll) * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roll)
+        * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
     Isometry3::from_parts(Translation3::new(x, y, z), turn)
 }
 
@@ -53,10 +54,10 @@ fn singular_poses_are_solved() {
     let elbow = Elbow::new();
     let straight = elbow.upper_lean_rad + elbow.fore_lean_rad;
     for q in [
-        [0.0; 7],                                       // shoulder, wrist: all axes in line
-        [0.3, 0.0, 0.4, 1.2, 0.5, 0.6, 0.7],            // J1 and J3 in line
-        [0.3, 0.8, 0.4, 1.2, 0.5, 0.0, 0.7],            // J5 and J7 in line
-        [0.3, 1e-4, 0.4, 1.2, 0.5, 1e-4, 0.7],          // nearly so
+        [0.0; 7],                                        // shoulder, wrist: all axes in line
+        [0.3, 0.0, 0.4, 1.2, 0.5, 0.6, 0.7],             // J1 and J3 in line
+        [0.3, 0.8, 0.4, 1.2, 0.5, 0.0, 0.7],             // J5 and J7 in line
+        [0.3, 1e-4, 0.4, 1.2, 0.5, 1e-4, 0.7],           // nearly so
         [0.3, 0.8, 0.4, straight + 2e-3, 0.5, 0.4, 0.7], // arm nearly stretched
         [0.3, 0.8, 0.4, straight - 2e-3, 0.5, 0.4, 0.7],
     ] {
@@ -82,7 +83,10 @@ fn the_elbow_reaches_as_far_as_published() {
 fn a_straight_down_pose_gives_the_published_planar_configuration() {
     // Facts 4.4: radius 0.65, flange 0.245 above the table, q7 = 0 puts the hand's x toward the robot (world -y).
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -core::f32::consts::FRAC_PI_2);
-    let pose = Isometry3::from_parts(Translation3::new(-0.05, 0.05, 0.245), turn * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI));
+    let pose = Isometry3::from_parts(
+        Translation3::new(-0.05, 0.05, 0.245),
+        turn * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI),
+    );
     let expected = [0.0, 1.0694, 0.0, 1.7187, 0.0, 0.3535, 0.0];
     let found = solve(&pose, 0.0).unwrap();
     let close = |s: &&[f32; 7]| s.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 3e-4);
@@ -105,12 +109,24 @@ fn the_whole_path_of_the_task_is_reachable_from_above() {
 
 #[test]
 fn what_cannot_be_reached_says_why() {
-    assert!(matches!(solve(&down_at(0.9, 0.9, 0.3, 0.0), 0.0), Err(Unreachable::TooFar { distance_m, limit_m }) if distance_m > limit_m));
+    assert!(
+        matches!(solve(&down_at(0.9, 0.9, 0.3, 0.0), 0.0), Err(Unreachable::TooFar { distance_m, limit_m }) if distance_m > limit_m)
+    );
     let inside = Isometry3::from_parts(Translation3::new(-0.05, -0.6, 0.5), UnitQuaternion::identity());
     assert!(matches!(solve(&inside, 0.0), Err(Unreachable::TooNear { distance_m, limit_m }) if distance_m < limit_m));
-    let behind = Isometry3::from_parts(Translation3::new(-0.05, -1.15, 0.1), UnitQuaternion::from_axis_angle(&Vector3::y_axis(), PI));
+    let behind = Isometry3::from_parts(
+        Translation3::new(-0.05, -1.15, 0.1),
+        UnitQuaternion::from_axis_angle(&Vector3::y_axis(), PI),
+    );
     let outcomes = (-31..=31).map(|k| solve(&behind, 0.1 * k as f32));
-    assert!(outcomes.filter(|o| matches!(o, Err(Unreachable::JointLimits { joint, excess_rad }) if *joint < 7 && *excess_rad > 0.0)).count() > 0);
+    assert!(
+        outcomes
+            .filter(
+                |o| matches!(o, Err(Unreachable::JointLimits { joint, excess_rad }) if *joint < 7 && *excess_rad > 0.0)
+            )
+            .count()
+            > 0
+    );
     let nan = Isometry3::from_parts(Translation3::new(f32::NAN, 0.0, 0.3), UnitQuaternion::identity());
     assert_eq!(solve(&nan, 0.0), Err(Unreachable::NotFinite));
     assert_eq!(solve(&down_at(0.0, 0.0, 0.3, 0.0), f32::INFINITY), Err(Unreachable::NotFinite));

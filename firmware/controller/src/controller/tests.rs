@@ -8,8 +8,8 @@ use proptest::prelude::*;
 use std::vec::Vec;
 use tactus_common::limits::SILENCE_TICKS_MAX;
 use tactus_common::message::{FaultReason, Purpose};
-use tactus_common::robot::dynamics::gravity;
 use tactus_common::robot::ARM_LIMITS;
+use tactus_common::robot::dynamics::gravity;
 
 /// A controller at a bench: the arm stands where the reference is, the host answers within a tick.
 struct Rig {
@@ -62,8 +62,7 @@ impl Rig {
         let out = self.controller.tick(self.tick, inputs);
         if let Some(request) = &out.plan_request {
             self.requests.push(*request);
-            self.plan =
-                Some(PlanAnswer { effective: 0, request: request.request, result: plan(request, &BOX) });
+            self.plan = Some(PlanAnswer { effective: 0, request: request.request, result: plan(request, &BOX) });
         }
         if let Some(request) = &out.rollout_request {
             self.rollout = Some(rollout(request, &BOX, 0));
@@ -203,8 +202,7 @@ fn a_gap_during_a_fast_motion_is_not_taken_for_speed() {
 
 #[test]
 fn a_reading_that_is_not_a_number_is_bridged_three_times_and_never_reaches_the_motors() {
-    let spoils: [fn(&mut JointReadings); 2] =
-        [|r| r.arm_q_rad[4] = f32::NAN, |r| r.tip_torque_nm[1] = f32::INFINITY];
+    let spoils: [fn(&mut JointReadings); 2] = [|r| r.arm_q_rad[4] = f32::NAN, |r| r.tip_torque_nm[1] = f32::INFINITY];
     for spoil in spoils {
         let mut rig = Rig::begun();
         rig.until_phase(Phase::Trial);

@@ -1,5 +1,5 @@
 //! Coming down guarded, as every touch and every grasp begins: travel to the place above with the fingers at their
-//! preshape, let vibration die, come down, stop at the first thing felt.
+//! preshape (a knock on the way stops it too), let vibration die, come down, stop at the first thing felt.
 
 use super::{Knowledge, Tools, hand};
 use crate::evidence::{ContactKind, Toucher};
@@ -52,6 +52,12 @@ impl Descent {
     /// One tick.
     pub(super) fn step(&mut self, know: &mut Knowledge, tools: &mut Tools) -> DescentEnd {
         self.step = match self.step {
+            Step::Approach if tools.executor.motion() == Motion::Travelling && tools.felt.knocked.contains(&true) => {
+                // The object is not where even the planner's margin allows for: stop, and take it as evidence.
+                note_landing(tools.felt.knocked, false, know, tools);
+                tools.executor.stop();
+                Step::Landing
+            }
             Step::Approach => {
                 let shaped = hand::preshape(&self.preshape, tools);
                 match tools.executor.motion() {
@@ -66,7 +72,7 @@ impl Descent {
             }
             Step::SettleAbove { left } => Step::SettleAbove { left: left - 1 },
             Step::Descend if tools.felt.any() => {
-                note_landing(know, tools);
+                note_landing(tools.felt.fingers, tools.felt.palm, know, tools);
                 tools.executor.stop();
                 Step::Landing
             }
@@ -74,10 +80,9 @@ impl Descent {
             Step::Descend => Step::Descend,
             Step::Landing if tools.executor.motion() == Motion::Holding => return DescentEnd::Landed,
             Step::Landing => Step::Landing,
-            Step::SettleBelow { left: 0 } => {
-                tools.onset.reset();
-                return DescentEnd::Down;
-            }
+            // The baselines stay those of the free hand above: a finger that came to rest against the object must not
+            // take that for nothing.
+            Step::SettleBelow { left: 0 } => return DescentEnd::Down,
             Step::SettleBelow { left } => Step::SettleBelow { left: left - 1 },
         };
         DescentEnd::NotYet
@@ -85,17 +90,16 @@ impl Descent {
 }
 
 /// What felt something on the way down touches; the rest of the hand is free.
-fn note_landing(know: &mut Knowledge, tools: &mut Tools) {
+fn note_landing(fingers: [bool; FINGERS], palm: bool, know: &mut Knowledge, tools: &mut Tools) {
     let (world_from_hand, angles) = hand::measured(tools.readings);
-    let felt = tools.felt;
     // A full store drops the newest and counts it; the touch still counts with what it has.
-    let _ = know.store.add_free(&world_from_hand, &angles, felt.fingers.map(|f| !f));
-    for f in (0..FINGERS).filter(|f| felt.fingers[*f]) {
+    let _ = know.store.add_free(&world_from_hand, &angles, fingers.map(|f| !f));
+    for f in (0..FINGERS).filter(|f| fingers[*f]) {
         let _ = know.store.add_contact(&world_from_hand, &angles, Toucher::Finger(f), ContactKind::Landing);
         let inner_rad = angles.inner_rad[f];
         tools.out.event(EventKind::Contact { finger: f as u8, inner_rad, descending: true });
     }
-    if felt.palm {
+    if palm {
         let _ = know.store.add_contact(&world_from_hand, &angles, Toucher::Palm, ContactKind::Landing);
         tools.out.event(EventKind::Contact { finger: FINGERS as u8, inner_rad: 0.0, descending: true });
     }

@@ -36,7 +36,10 @@ pub struct GraspPlan {
 pub fn grasp_plan(variant: u8) -> GraspPlan {
     let yaw_rad = if variant == 0 { FRAC_PI_2 } else { -FRAC_PI_2 };
     GraspPlan {
-        placement: HandPlacement { hand_in_object: PlanarPose::new(0.0, 0.0, yaw_rad), palm_height_m: PALM_ABOVE_TOP_M },
+        placement: HandPlacement {
+            hand_in_object: PlanarPose::new(0.0, 0.0, yaw_rad),
+            palm_height_m: PALM_ABOVE_TOP_M,
+        },
         preshape: Preshape { inner_rad: [OPEN_RAD; FINGERS], spread_rad: 0.0 },
     }
 }

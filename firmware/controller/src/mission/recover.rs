@@ -37,14 +37,25 @@ impl Recover {
         }
         self.ticks += 1;
         let open = Preshape { inner_rad: [0.0; FINGERS], spread_rad: tools.readings.motor_q_rad[FINGERS] };
-        if hand::preshape(&open, tools) || self.ticks >= OPENING_TICKS_MAX { RecoverEnd::Open } else { RecoverEnd::NotYet }
+        if hand::preshape(&open, tools) || self.ticks >= OPENING_TICKS_MAX {
+            RecoverEnd::Open
+        } else {
+            RecoverEnd::NotYet
+        }
     }
 }
 
 /// Where to search: below the hand, with the yaw that the object had in it.
 pub fn search_region(tools: &Tools, yaw_in_hand_rad: f32) -> (PlanarPose, Interval) {
     let world_from_hand = arm::hand_pose(&tools.readings.arm_q_rad);
-    (PlanarPose::new(world_from_hand.translation.x, world_from_hand.translation.y, hand_yaw_rad(tools) - yaw_in_hand_rad), AROUND)
+    (
+        PlanarPose::new(
+            world_from_hand.translation.x,
+            world_from_hand.translation.y,
+            hand_yaw_rad(tools) - yaw_in_hand_rad,
+        ),
+        AROUND,
+    )
 }
 
 /// Yaw of the hand that points down: direction of its x axis in the world, radians.

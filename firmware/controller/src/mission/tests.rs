@@ -245,7 +245,8 @@ fn nothing_is_touched_more_often_than_allowed_and_nothing_felt_is_a_failure() {
 
 #[test]
 fn one_touch_that_leaves_the_pose_open_is_not_enough_to_grasp() {
-    let mut rig = Rig::new(&Setup { trials_max: 1, interval: Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 }, ..setup() });
+    let mut rig =
+        Rig::new(&Setup { trials_max: 1, interval: Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 }, ..setup() });
     assert_eq!(rig.outcome(), Outcome::Failed(FailureReason::NotConfident));
     assert_eq!(rig.requests.iter().filter(|r| r.purpose != Purpose::Touch).count(), 0);
 }
@@ -253,8 +254,7 @@ fn one_touch_that_leaves_the_pose_open_is_not_enough_to_grasp() {
 #[test]
 fn refused_grasps_are_tried_from_the_other_side_and_then_fail() {
     let mut rig = Rig::new(&setup());
-    rig.planner =
-        |r| if r.purpose == Purpose::Grasp { Some(Err(RefusalReason::OutOfReach)) } else { willing(r) };
+    rig.planner = |r| if r.purpose == Purpose::Grasp { Some(Err(RefusalReason::OutOfReach)) } else { willing(r) };
     assert_eq!(rig.outcome(), Outcome::Failed(FailureReason::NoPlan(RefusalReason::OutOfReach)));
     let grasps: Vec<&PlanRequest> = rig.requests.iter().filter(|r| r.purpose == Purpose::Grasp).collect();
     assert_eq!(grasps.len(), usize::from(grasp::VARIANTS));
@@ -264,8 +264,7 @@ fn refused_grasps_are_tried_from_the_other_side_and_then_fail() {
 #[test]
 fn a_refused_transport_fails_with_the_reason() {
     let mut rig = Rig::new(&setup());
-    rig.planner =
-        |r| if r.purpose == Purpose::Transport { Some(Err(RefusalReason::NoPath)) } else { willing(r) };
+    rig.planner = |r| if r.purpose == Purpose::Transport { Some(Err(RefusalReason::NoPath)) } else { willing(r) };
     assert_eq!(rig.outcome(), Outcome::Failed(FailureReason::NoPlan(RefusalReason::NoPath)));
 }
 

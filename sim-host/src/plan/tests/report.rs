@@ -23,7 +23,11 @@ fn report_shares_and_times() {
                 let retreat = PlanQuery { purpose: Purpose::Retreat, start_q_rad: touched, ..query };
                 match planner.plan(&retreat) {
                     Ok(t) => q = t.sample(99.0).unwrap().q_rad,
-                    Err(e) => println!("retreat: {e} {touched:?} {} pre {:?}", inverse::swivel(&touched), t.knots.iter().map(|k| k.q_rad).collect::<Vec<_>>()),
+                    Err(e) => println!(
+                        "retreat: {e} {touched:?} {} pre {:?}",
+                        inverse::swivel(&touched),
+                        t.knots.iter().map(|k| k.q_rad).collect::<Vec<_>>()
+                    ),
                 }
             }
             Err(e) => println!("{pose:?} {e} {query:?}"),
@@ -42,7 +46,17 @@ fn report_yaws() {
     let (mut touches, mut carried, mut carried_without, mut count) = ([0; 4], [0; 4], [0; 4], 0);
     let mut durations = Vec::new();
     let (mut times, mut knots) = (Vec::new(), 0);
-    for (x, y) in [(0.2, -0.1), (0.0, -0.1), (0.3, -0.1), (0.15, -0.2), (0.15, 0.0), (0.3, 0.0), (0.0, -0.2), (0.0, 0.0), (0.3, -0.2)] {
+    for (x, y) in [
+        (0.2, -0.1),
+        (0.0, -0.1),
+        (0.3, -0.1),
+        (0.15, -0.2),
+        (0.15, 0.0),
+        (0.3, 0.0),
+        (0.0, -0.2),
+        (0.0, 0.0),
+        (0.3, -0.2),
+    ] {
         let mut lines = [String::new(), String::new()];
         for degrees in (-45..=45).step_by(15) {
             count += 1;
@@ -67,15 +81,28 @@ fn report_yaws() {
                     durations.push(t.duration());
                     knots = knots.max(t.knots.len());
                     if x == 0.2 {
-                        let rests: Vec<f32> =
-                            t.knots.iter().filter(|k| k.qd_rad_s == [0.0; 7]).map(|k| (k.t_s * 100.0).round() / 100.0).collect();
+                        let rests: Vec<f32> = t
+                            .knots
+                            .iter()
+                            .filter(|k| k.qd_rad_s == [0.0; 7])
+                            .map(|k| (k.t_s * 100.0).round() / 100.0)
+                            .collect();
                         println!("transport rests at {rests:?} s, {} knots", t.knots.len());
                     }
                 }
                 let code = |ok: bool, c: &str| if ok { c.to_owned() } else { "-".to_owned() };
-                lines[0] += &format!("{}{}{} ", code(plain.is_ok(), "T"), code(matches!(without, Ok(Ok(_))), "c"), code(matches!(with, Ok(Ok(_))), "C"));
-                if let Ok(Err(e)) = &with { lines[1] += &format!("[{degrees} {k} {e}] "); }
-                if let Err(e) = &plain { lines[1] += &format!("[{degrees} {k} touch {e}] "); }
+                lines[0] += &format!(
+                    "{}{}{} ",
+                    code(plain.is_ok(), "T"),
+                    code(matches!(without, Ok(Ok(_))), "c"),
+                    code(matches!(with, Ok(Ok(_))), "C")
+                );
+                if let Ok(Err(e)) = &with {
+                    lines[1] += &format!("[{degrees} {k} {e}] ");
+                }
+                if let Err(e) = &plain {
+                    lines[1] += &format!("[{degrees} {k} touch {e}] ");
+                }
             }
             lines[0] += "| ";
         }
@@ -84,5 +111,11 @@ fn report_yaws() {
     durations.sort_by(f32::total_cmp);
     times.sort_by(f32::total_cmp);
     println!("of {count} each: touch {touches:?} carried after plain {carried_without:?} after lookahead {carried:?}");
-    println!("transport s median {} max {}, knots {knots}; lookahead plan ms median {} max {}", durations[durations.len() / 2], durations[durations.len() - 1], times[times.len() / 2], times[times.len() - 1]);
+    println!(
+        "transport s median {} max {}, knots {knots}; lookahead plan ms median {} max {}",
+        durations[durations.len() / 2],
+        durations[durations.len() - 1],
+        times[times.len() / 2],
+        times[times.len() - 1]
+    );
 }

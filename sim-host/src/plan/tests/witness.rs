@@ -109,7 +109,7 @@ pub fn poses(q_rad: &Joints, angles: &HandAngles) -> Vec<Isometry3<f32>> {
     poses
 }
 
-/// What is wrong at one posture: below the table top, or into a box (`world_from_box`, half edges), or forearm and hand into the rest of the arm.
+/// What is wrong at one posture: a moving link (2 and on) below the table top, or into a box (`world_from_box`, half edges), or forearm and hand into the rest of the arm.
 pub fn complaint(
     solids: &[Solid],
     q_rad: &Joints,
@@ -125,12 +125,13 @@ pub fn complaint(
                 return Some(format!("link {} at z {}", solid.link, p.z));
             }
             if let Some((world_from_box, half_m)) = block
+                && solid.link >= 2
                 && in_box(&(world_from_box.inverse() * p), half_m)
             {
                 return Some(format!("link {} in the box", solid.link));
             }
         }
-        if let Some((world_from_box, half_m)) = block {
+        if let Some((world_from_box, half_m)) = block.filter(|_| solid.link >= 2) {
             let link_from_box = pose.inverse() * world_from_box;
             if box_points(half_m).iter().any(|p| (solid.inside)(&(link_from_box * p))) {
                 return Some(format!("the box in link {}", solid.link));

@@ -5,7 +5,7 @@ use tactus_common::pose::PlanarPose;
 
 /// The object out of the arm's way.
 fn aside() -> PlanarPose {
-    PlanarPose::new(-0.7, 0.4, 0.0)
+    PlanarPose::new(-0.75, 0.2, 0.0)
 }
 
 /// What a free swing of 10 s did.
@@ -45,7 +45,10 @@ fn swing(start: [f32; 7]) -> Swing {
     let percent = |j: f64| 100.0 * j / swing.reference_j;
     println!(
         "swing from {start:?}: {:.2} J, joints up to {:.0} rad/s; after 10 s {:.3} % lost, never more than {:.4} % gained",
-        swing.reference_j, swing.fastest_rad_s, percent(swing.loss_j), percent(swing.gain_j)
+        swing.reference_j,
+        swing.fastest_rad_s,
+        percent(swing.loss_j),
+        percent(swing.gain_j)
     );
     swing
 }
@@ -54,7 +57,11 @@ fn swing(start: [f32; 7]) -> Swing {
 fn an_undamped_swinging_arm_keeps_its_energy() {
     // From near hanging, straight and bent: swings of about the speeds that the arm is rated for, and above.
     let hanging = core::f32::consts::PI;
-    for start in [[0.0, hanging - 0.6, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, hanging - 0.5, 0.3, 0.4, 0.0, -0.2, 0.0], [0.0, hanging - 1.2, 0.0, 0.0, 0.0, 0.0, 0.0]] {
+    for start in [
+        [0.0, hanging - 0.6, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, hanging - 0.5, 0.3, 0.4, 0.0, -0.2, 0.0],
+        [0.0, hanging - 1.2, 0.0, 0.0, 0.0, 0.0, 0.0],
+    ] {
         let swing = swing(start);
         assert!(swing.loss_j <= 0.03 * swing.reference_j, "{swing:?}");
         assert!(swing.gain_j <= 0.001 * swing.reference_j, "{swing:?}");
@@ -109,7 +116,9 @@ fn gravity_torques_hold_the_arm_still() {
 
 #[test]
 fn torques_beyond_gravity_accelerate_the_arm_as_newton_and_euler_say() {
-    for (pose, tau_nm) in [(REACHING_DOWN, [3.0, -4.0, 2.0, 3.0, 0.3, -0.4, 0.05]), (STRETCHED, [-5.0, 2.0, 3.0, -2.0, 0.2, 0.3, -0.06])] {
+    for (pose, tau_nm) in
+        [(REACHING_DOWN, [3.0, -4.0, 2.0, 3.0, 0.3, -0.4, 0.05]), (STRETCHED, [-5.0, 2.0, 3.0, -2.0, 0.2, 0.3, -0.06])]
+    {
         let mut world = half_closed(pose);
         world.free_the_arm();
         let gravity = tactus_common::robot::dynamics::gravity(&pose, 0.0);
@@ -127,7 +136,7 @@ fn torques_beyond_gravity_accelerate_the_arm_as_newton_and_euler_say() {
             worst = worst.max(error);
         }
         println!("from {pose:?}: accelerations {acceleration:?} rad/s^2 explain the torques to {:.2} %", worst * 100.0);
-        assert!(worst < 0.03, "{needed:?} for {applied:?}");
+        assert!(worst < 0.005, "{needed:?} for {applied:?}");
     }
 }
 
@@ -151,7 +160,12 @@ fn a_box_slides_at_the_coulomb_angle() {
     let (below_m, above_m) = (slide_m(critical_rad - 0.0087), slide_m(critical_rad + 0.0087));
     let (s, c) = libm::sincosf(critical_rad + 0.0087);
     let expected_m = 0.5 * 9.81 * (s - 0.3 * c);
-    println!("half a degree below the angle of friction the box crept {:.4} mm in 1 s; half a degree above it slid {:.2} mm, Coulomb: {:.2} mm", below_m * 1e3, above_m * 1e3, expected_m * 1e3);
+    println!(
+        "half a degree below the angle of friction the box crept {:.4} mm in 1 s; half a degree above it slid {:.2} mm, Coulomb: {:.2} mm",
+        below_m * 1e3,
+        above_m * 1e3,
+        expected_m * 1e3
+    );
     assert!(below_m < 1e-4);
     assert!((above_m / expected_m - 1.0).abs() < 0.05);
 }
@@ -212,7 +226,12 @@ fn a_pinched_box_is_held_without_creep() {
             let mut commands = JointCommands::idle(tick);
             // Close by torque, squeeze, then take the table away.
             let squeeze_nm = if tick < 200 { 0.5 } else { 1.0 };
-            commands.hand = [HandCommand::Torque(squeeze_nm), HandCommand::Torque(squeeze_nm), HandCommand::Torque(squeeze_nm), HandCommand::Position(0.0)];
+            commands.hand = [
+                HandCommand::Torque(squeeze_nm),
+                HandCommand::Torque(squeeze_nm),
+                HandCommand::Torque(squeeze_nm),
+                HandCommand::Position(0.0),
+            ];
             commands.arm_tau_nm = holder.torques(&world.readings(), &scene.arm_start_rad, &[0.0; 7], &[0.0; 7]);
             world.tick(&commands).unwrap();
             if tick == 1000 {
@@ -224,7 +243,11 @@ fn a_pinched_box_is_held_without_creep() {
                 creep_m = creep_m.max((now.translation.vector - start.translation.vector).norm());
             }
         }
-        println!("{name}: held in the air, the box crept {:.4} mm in the hand in 5 s; forces {:?} N", creep_m * 1e3, world.link_forces_n());
+        println!(
+            "{name}: held in the air, the box crept {:.4} mm in the hand in 5 s; forces {:?} N",
+            creep_m * 1e3,
+            world.link_forces_n()
+        );
         assert!(creep_m < 1e-3);
         let forces_n = world.link_forces_n();
         let (front_n, back_n) = (forces_n[3] + forces_n[6], forces_n[8]);
@@ -244,11 +267,20 @@ fn the_arm_follows_a_smooth_move_with_the_robots_own_position_loop() {
         for tick in 0..1500 {
             // Minimum jerk over 2 s, then half a second of rest and half a second in which the end error is taken.
             let s = (tick as f32 / 1000.0).min(1.0);
-            let (p, v, a) = (s * s * s * (10.0 - 15.0 * s + 6.0 * s * s), 30.0 * s * s * (1.0 - s) * (1.0 - s) / 2.0, (60.0 * s - 180.0 * s * s + 120.0 * s * s * s) / 4.0);
+            let (p, v, a) = (
+                s * s * s * (10.0 - 15.0 * s + 6.0 * s * s),
+                30.0 * s * s * (1.0 - s) * (1.0 - s) / 2.0,
+                (60.0 * s - 180.0 * s * s + 120.0 * s * s * s) / 4.0,
+            );
             let blend = |p: f32| core::array::from_fn(|i| (to[i] - from[i]) * p);
             let wanted: [f32; 7] = core::array::from_fn(|i| from[i] + (to[i] - from[i]) * p);
             let mut commands = JointCommands::idle(tick);
-            commands.hand = [HandCommand::Position(0.25), HandCommand::Position(0.25), HandCommand::Position(0.25), HandCommand::Position(0.0)];
+            commands.hand = [
+                HandCommand::Position(0.25),
+                HandCommand::Position(0.25),
+                HandCommand::Position(0.25),
+                HandCommand::Position(0.0),
+            ];
             commands.arm_tau_nm = holder.torques(&world.readings(), &wanted, &blend(v), &blend(a));
             world.tick(&commands).unwrap();
             let q = world.arm_q_rad();
@@ -263,7 +295,12 @@ fn the_arm_follows_a_smooth_move_with_the_robots_own_position_loop() {
                 end_m = (world.hand_pose().translation.vector - there.translation.vector).norm();
             }
         }
-        println!("{name}: 2 s move, joint error at most {:.2} mrad (J{}), hand {:.3} mm from its goal at rest", worst_rad * 1e3, worst_joint + 1, end_m * 1e3);
+        println!(
+            "{name}: 2 s move, joint error at most {:.2} mrad (J{}), hand {:.3} mm from its goal at rest",
+            worst_rad * 1e3,
+            worst_joint + 1,
+            end_m * 1e3
+        );
         assert!(worst_rad < 0.03 && end_m < 3e-3);
     }
 }
@@ -281,11 +318,15 @@ fn a_finger_that_stops_at_first_touch_hardly_moves_the_box() {
             let before = world.object_pose();
             let link = PAD_LINKS[finger];
             let mut moved_at_stop = 0.0;
+            let mut free_nm = 0.0_f32;
             for tick in 0..1500 {
                 let readings = world.readings();
                 // The resting torque (weight of the tip, the gauge's offset) is taken while the finger moves freely.
                 if tick == 60 {
                     rest_nm = readings.tip_torque_nm[finger];
+                }
+                if tick > 60 && most_n == 0.0 {
+                    free_nm = free_nm.max((readings.tip_torque_nm[finger] - rest_nm).abs());
                 }
                 if tick > 60 && stopped.is_none() && readings.tip_torque_nm[finger] - rest_nm > 0.03 {
                     stopped = Some(tick);
@@ -306,9 +347,19 @@ fn a_finger_that_stops_at_first_touch_hardly_moves_the_box() {
             let moved = after.translation.vector - before.translation.vector;
             let turned = before.rotation.angle_to(&after.rotation);
             println!(
-                "seed {seed}, F{} at {speed} rad/s: stopped at {stopped:?}, force then {at_stop_n:.2} N, at most {most_n:.2} N, at rest {:.2} N; box moved {:.3} mm by the stop, {:.3} mm in all, turned {:.2} mrad",
-                finger + 1, world.link_forces_n()[link], moved_at_stop * 1e3, moved.norm() * 1e3, turned * 1e3
+                "seed {seed}, F{} at {speed} rad/s: stopped at {stopped:?}, force then {at_stop_n:.2} N, at most {most_n:.2} N, at rest {:.2} N; box moved {:.3} mm by the stop, {:.3} mm in all, turned {:.2} mrad; moving freely the gauge strayed by {:.1} mN m",
+                finger + 1,
+                world.link_forces_n()[link],
+                moved_at_stop * 1e3,
+                moved.norm() * 1e3,
+                turned * 1e3,
+                free_nm * 1e3
             );
+            assert!(stopped.is_some() && turned < 1e-3);
+            // At 0.6 rad/s the force passes the table's friction before the finger stands: touch at half that.
+            if speed < 0.5 {
+                assert!(moved.norm() < 5e-4 && most_n < 4.0, "{} m, {most_n} N", moved.norm());
+            }
         }
     }
 }
@@ -331,7 +382,48 @@ fn joints_stop_at_their_limits() {
         inner_rad = inner_rad.max(world.state.drives.inner[0].q_rad);
         tip_rad = tip_rad.max(world.state.drives.distal[0].q_rad);
     }
-    println!("J4 {:.1} mrad, inner {:.1} mrad, tip {:.1} mrad beyond their stops at worst", (j4_rad - 3.1) * 1e3, (inner_rad - 2.4435) * 1e3, (tip_rad - 0.8378) * 1e3);
+    println!(
+        "J4 {:.1} mrad, inner {:.1} mrad, tip {:.1} mrad beyond their stops at worst",
+        (j4_rad - 3.1) * 1e3,
+        (inner_rad - 2.4435) * 1e3,
+        (tip_rad - 0.8378) * 1e3
+    );
     assert!(j4_rad > 3.09 && j4_rad < 3.12);
     assert!(inner_rad > 2.42 && inner_rad < 2.46 && tip_rad < 0.85);
+}
+
+#[test]
+fn the_pads_feel_a_squeezed_box_where_it_touches_them_and_as_hard() {
+    let scene = over_the_box(0.9);
+    let mut world = World::new(&scene, &Mismatch::none(), 0).unwrap();
+    let mut holder = Holder::new();
+    let cells = RobotModel::shipped().unwrap().extra.tactile.cells(0);
+    let mut seen = 0;
+    for tick in 0..600 {
+        let mut commands = JointCommands::idle(tick);
+        commands.hand =
+            [HandCommand::Torque(0.6), HandCommand::Torque(0.6), HandCommand::Torque(0.6), HandCommand::Position(0.0)];
+        commands.arm_tau_nm = holder.torques(&world.readings(), &scene.arm_start_rad, &[0.0; 7], &[0.0; 7]);
+        world.tick(&commands).unwrap();
+        let Some(image) = world.tactile().filter(|image| tick > 500 && image.pad < 3) else { continue };
+        seen += 1;
+        let link = PAD_LINKS[image.pad as usize];
+        let world_from_tip = world.robot.hand_link_pose(&world.physics, link);
+        // The box's face is the plane y = const nearest to the tip: the cell nearest to it feels most.
+        let strongest =
+            (0..PAD_CELLS).max_by(|a, b| image.pressure_n_cm2[*a].total_cmp(&image.pressure_n_cm2[*b])).unwrap();
+        let gap = |cell: &model::Cell| ((world_from_tip * cell.centre_m).y - world.object_pose().translation.y).abs();
+        let nearest = cells.iter().map(gap).fold(f32::MAX, f32::min);
+        let gap_m = gap(&cells[strongest]) - nearest;
+        let total_n: f32 = cells.iter().zip(image.pressure_n_cm2).map(|(c, p)| c.area_m2 * 1e4 * p).sum();
+        let force_n = world.link_forces_n()[link];
+        println!(
+            "pad {}: {total_n:.2} N of {force_n:.2} N, strongest cell {strongest}, {:.2} mm farther from the face than the nearest",
+            image.pad,
+            gap_m * 1e3
+        );
+        assert!(gap_m < 1.5e-3);
+        assert!((0.6..1.1).contains(&(total_n / force_n)), "{total_n} of {force_n} N");
+    }
+    assert!(seen >= 20, "{seen} images");
 }

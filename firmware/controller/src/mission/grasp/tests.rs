@@ -62,9 +62,9 @@ fn from_either_side_the_box_ends_between_the_fingers_which_push() {
 
 #[test]
 fn both_sides_must_feel_the_object() {
-    let pair_only = Felt { fingers: [true, true, false], palm: false };
-    let thumb_only = Felt { fingers: [false, false, true], palm: false };
-    let one_each = Felt { fingers: [true, false, true], palm: false };
+    let pair_only = Felt { fingers: [true, true, false], palm: false, ..Felt::default() };
+    let thumb_only = Felt { fingers: [false, false, true], palm: false, ..Felt::default() };
+    let one_each = Felt { fingers: [true, false, true], palm: false, ..Felt::default() };
     for (felt, holds) in [(pair_only, false), (thumb_only, false), (one_each, true)] {
         let mut rig = Rig::new(0);
         rig.desk.bench.remove_object();
@@ -97,7 +97,7 @@ fn coming_down_on_something_is_a_landing_with_evidence_and_no_finger_closes() {
     let mut rig = Rig::new(0);
     rig.desk.bench.remove_object();
     rig.until(|rig| rig.desk.executor.motion() == Motion::Guarded);
-    rig.desk.felt = Felt { fingers: [false, true, false], palm: false };
+    rig.desk.felt = Felt { fingers: [false, true, false], palm: false, ..Felt::default() };
     rig.tick();
     rig.desk.felt = Felt::default();
     while matches!(rig.end, GraspEnd::NotYet) {
@@ -114,7 +114,7 @@ fn a_finger_stands_still_while_the_others_close() {
     rig.desk.bench.remove_object();
     rig.until(|rig| matches!(rig.grasp.step, Step::Close { .. }));
     rig.tick();
-    rig.desk.felt = Felt { fingers: [true, false, false], palm: false };
+    rig.desk.felt = Felt { fingers: [true, false, false], palm: false, ..Felt::default() };
     rig.tick();
     rig.desk.felt = Felt::default();
     let stood_rad = rig.desk.bench.hand.motor_q_rad[0];

@@ -165,7 +165,7 @@ fn a_palm_that_feels_something_on_the_way_down_ends_the_touch_as_well() {
 fn what_is_felt_on_the_way_to_the_place_above_is_not_evidence() {
     let mut rig = Rig::new(0, &TRUTH);
     rig.desk.bench.remove_object();
-    rig.desk.felt = Felt { fingers: [true; FINGERS], palm: false };
+    rig.desk.felt = Felt { fingers: [true; FINGERS], palm: false, ..Felt::default() };
     rig.until(|rig| rig.desk.executor.motion() == Motion::AtGuard);
     rig.desk.felt = Felt::default();
     rig.until_over();
@@ -178,7 +178,9 @@ fn the_hand_does_not_come_down_before_the_fingers_have_their_shape() {
     rig.until(|rig| rig.desk.executor.motion() == Motion::Guarded);
     let plan = rig.trial.plan();
     let [f1, f2, f3, spread] = rig.desk.bench.hand.motor_q_rad;
-    for (q_rad, wanted) in [(f1, plan.preopen_rad[0]), (f2, plan.preopen_rad[1]), (f3, plan.preopen_rad[2]), (spread, plan.spread_rad)] {
+    for (q_rad, wanted) in
+        [(f1, plan.preopen_rad[0]), (f2, plan.preopen_rad[1]), (f3, plan.preopen_rad[2]), (spread, plan.spread_rad)]
+    {
         assert!((q_rad - wanted).abs() < 0.021, "{q_rad} {wanted}");
     }
 }

@@ -1,0 +1,172 @@
+//! Promise: bad input ends with exit status 2 (or 3, where only the attempt shows that the task cannot be done) and one
+//! line on standard error that says what, where and what was expected. No panic, no backtrace, nothing else.
+
+use tactus_tests::program::{Ran, run};
+
+const SCENE: &str = include_str!("../../sim-host/scenarios/thesis_box.toml");
+const URDF: &str = include_str!("../../common/models/wam7_bh280.urdf");
+
+/// Runs with `--quiet`; exactly one clear line with all of `words`.
+fn refused(args: &[&str], status: i32, words: &[&str]) -> Ran {
+    let ran = run(&[args, &["--quiet"]].concat());
+    print!("{} -> {}  {}", args.join(" "), ran.status, ran.stderr);
+    assert_eq!(ran.status, status, "{args:?}: {}", ran.stderr);
+    one_clear_line(&ran, args);
+    for word in words {
+        assert!(ran.stderr.contains(word), "{args:?} does not name {word}: {}", ran.stderr);
+    }
+    ran
+}
+
+fn one_clear_line(ran: &Ran, args: &[&str]) {
+    assert_eq!(ran.stderr.lines().count(), 1, "{args:?}: {}", ran.stderr);
+    assert!(ran.stderr.ends_with('\n') && ran.stderr.len() > 20, "{args:?}: {}", ran.stderr);
+    assert_eq!(ran.stdout, "", "{args:?}");
+    for word in ["panicked", "backtrace", "RUST_BACKTRACE", "unwrap", "src/"] {
+        assert!(!ran.stderr.contains(word), "{args:?}: {}", ran.stderr);
+    }
+}
+
+/// A file with this text.
+fn file(name: &str, text: &str) -> String {
+    let path = format!("{}/bad_input_{name}", env!("CARGO_TARGET_TMPDIR"));
+    std::fs::write(&path, text).expect("the directory of temporary files can be written");
+    path
+}
+
+#[test]
+fn poses_off_the_table_are_refused_by_name_and_extent() {
+    refused(&["run", "--guess", "2.0,0,0"], 2, &["--guess", "off the table", "expected x within"]);
+    refused(&["run", "--guess", "0,-0.4,0"], 2, &["--guess", "off the table"]);
+    refused(&["run", "--true", "-1,0,0"], 2, &["--true", "off the table"]);
+    // The flags mean `run` without its name, too.
+    refused(&["--guess", "2.0,0,0"], 2, &["--guess", "off the table"]);
+}
+
+#[test]
+fn numbers_that_are_none_are_refused() {
+    refused(&["run", "--guess", "nan,0,0"], 2, &["--guess", "'nan'", "finite"]);
+    refused(&["run", "--true", "0,NaN,0"], 2, &["--true", "'NaN'", "finite"]);
+    refused(&["run", "--guess", "inf,0,0"], 2, &["--guess", "'inf'", "finite"]);
+    refused(&["run", "--guess", "0,0,-infinity"], 2, &["--guess", "finite"]);
+    refused(&["run", "--guess", "1e50,0,0"], 2, &["--guess", "finite"]);
+    refused(&["run", "--interval", "nan,0,0"], 2, &["--interval", "finite"]);
+    refused(&["trials", "--offset", "inf,0,0"], 2, &["--offset", "finite"]);
+}
+
+#[test]
+fn malformed_triples_are_refused() {
+    refused(&["run", "--guess", "1,2"], 2, &["--guess", "three numbers", "found 2"]);
+    refused(&["run", "--guess", "1,2,3,4"], 2, &["--guess", "three numbers", "found 4"]);
+    refused(&["run", "--guess", ""], 2, &["--guess"]);
+    refused(&["run", "--guess", "a,b,c"], 2, &["--guess", "'a' is not a number"]);
+    refused(&["run", "--true", "0.2;-0.1;0"], 2, &["--true", "three numbers"]);
+    refused(&["run", "--interval=-0.1,0,0"], 2, &["negative"]);
+    refused(&["trials", "--offset=0.1,-0.1,0"], 2, &["negative"]);
+}
+
+#[test]
+fn unknown_flags_commands_and_values_are_refused() {
+    refused(&["run", "--frobnicate"], 2, &["--frobnicate"]);
+    refused(&["frobnicate"], 2, &["frobnicate"]);
+    refused(&["run", "--seed", "x"], 2, &["--seed", "'x'"]);
+    refused(&["run", "--seed", "99999999999999999999"], 2, &["--seed"]);
+    refused(&["run", "--dof", "4"], 2, &["--dof", "1..=3"]);
+    refused(&["run", "--max-trials", "0"], 2, &["--max-trials"]);
+    refused(&["run", "--optimizer", "magic"], 2, &["--optimizer", "magic", "expected"]);
+    refused(&["run", "--error", "magic"], 2, &["--error", "magic"]);
+    refused(&["run", "--sensors", "magic"], 2, &["--sensors", "magic"]);
+    refused(&["trials", "--count", "0"], 2, &["--count"]);
+    refused(&["trials", "--jobs", "0"], 2, &["--jobs"]);
+    refused(&["trials", "--guess", "0,0,0"], 2, &["--guess"]);
+}
+
+#[test]
+fn what_does_not_exist_yet_is_refused_by_name() {
+    refused(&["run", "--error", "contact"], 2, &["--error contact", "expected"]);
+    refused(&["run", "--sensors", "ideal"], 2, &["--sensors ideal", "expected"]);
+    refused(&["run", "--predictor", "simulation"], 2, &["--predictor simulation", "expected"]);
+}
+
+#[test]
+fn buses_that_are_not_there_are_refused() {
+    refused(&["run", "--bus", "socketcan:nosuch0"], 2, &["--bus socketcan:nosuch0"]);
+    refused(&["run", "--bus", "magic"], 2, &["--bus magic", "expected", "virtual"]);
+    refused(&["trials", "--bus", "socketcan:nosuch0"], 2, &["socketcan:nosuch0"]);
+}
+
+#[test]
+fn a_box_out_of_reach_is_a_failure_with_its_reason() {
+    refused(&["run", "--true", "0.85,0.28,0", "--guess", "0.85,0.28,0"], 3, &["OutOfReach"]);
+}
+
+#[test]
+fn damaged_scene_files_are_refused_by_file_and_place() {
+    refused(
+        &["run", "--scenario", "/nonexistent/scene.toml"],
+        2,
+        &["--scenario /nonexistent/scene.toml", "No such file"],
+    );
+    refused(&["run", "--scenario", "/"], 2, &["--scenario /"]);
+    for (name, from, to, words) in [
+        ("cut.toml", "size_m = [0.2, 0.1, 0.2]", "size_m = [0.2, 0.1", &["line "][..]),
+        ("type.toml", "mass_kg = 0.6", "mass_kg = \"heavy\"", &["line "]),
+        ("negative.toml", "mass_kg = 0.6", "mass_kg = -0.6", &["object.mass_kg", "above zero"]),
+        ("nan.toml", "friction = 0.8", "friction = nan", &["object.friction", "finite"]),
+        ("unknown.toml", "mass_kg = 0.6", "mass_kilograms = 0.6", &["mass_kilograms"]),
+        ("off.toml", "true_pose = [0.2, -0.1, 0.0]", "true_pose = [0.2, 3.0, 0.0]", &["off the table"]),
+        ("missing.toml", "true_pose = [0.2, -0.1, 0.0]", "", &["true_pose"]),
+    ] {
+        let text = SCENE.replace(from, to);
+        assert_ne!(text, SCENE, "{name}: the shipped scene holds `{from}`");
+        let path = file(name, &text);
+        refused(&["run", "--scenario", &path], 2, &[&[path.as_str()], words].concat());
+    }
+    let binary = format!("{}/bad_input_binary.toml", env!("CARGO_TARGET_TMPDIR"));
+    std::fs::write(&binary, [0xff, 0xfe, 0, 1]).unwrap();
+    refused(&["run", "--scenario", &binary], 2, &[&binary]);
+    let empty = file("empty.toml", "");
+    refused(&["trials", "--scenario", &empty], 2, &[&empty]);
+}
+
+#[test]
+fn damaged_robot_descriptions_are_refused_by_file() {
+    let scene = |name: &str, urdf: &str| {
+        file(&format!("{name}.toml"), &SCENE.replacen("name =", &format!("robot_urdf = \"{urdf}\"\nname ="), 1))
+    };
+    let nowhere = scene("nowhere", "/nonexistent/robot.urdf");
+    refused(&["run", "--scenario", &nowhere], 2, &["/nonexistent/robot.urdf"]);
+    for (name, text) in [
+        ("cut", URDF[..URDF.len() / 2].to_owned()),
+        ("empty", String::new()),
+        ("not_xml", "not a robot".to_owned()),
+        ("other_joint", URDF.replace("wam_joint4", "wam_joint9")),
+        ("mass_nan", URDF.replacen("<mass value=\"", "<mass value=\"nan", 1)),
+        ("mass_negative", URDF.replacen("<mass value=\"", "<mass value=\"-", 1)),
+        ("no_limits", URDF.replace("<limit", "<limits")),
+    ] {
+        assert_ne!(text, URDF, "{name}");
+        let urdf = file(&format!("{name}.urdf"), &text);
+        let path = scene(name, &urdf);
+        refused(&["run", "--scenario", &path], 2, &[&urdf]);
+    }
+}
+
+#[test]
+fn a_box_inside_the_robot_is_refused_with_what_overlaps() {
+    let text = SCENE.replace("size_m = [0.2, 0.1, 0.2]", "size_m = [0.6, 0.6, 0.9]");
+    assert_ne!(text, SCENE);
+    let tower = file("tower.toml", &text);
+    refused(&["run", "--scenario", &tower, "--true", "0,-0.3,0", "--guess", "0,-0.3,0"], 2, &["overlap", "mm"]);
+}
+
+#[test]
+fn help_and_version_are_no_errors() {
+    for args in [&["--help"][..], &["run", "--help"], &["trials", "--help"], &["--version"]] {
+        let ran = run(args);
+        assert_eq!((ran.status, ran.stderr.as_str()), (0, ""), "{args:?}");
+        assert!(!ran.stdout.is_empty());
+    }
+    let help = run(&["trials", "--help"]).stdout;
+    assert!(help.contains("pi/4") && help.contains("[0.0, 0.3]"), "the true poses' distribution is stated: {help}");
+}
