@@ -1,4 +1,6 @@
-//! What is sent is what is read, and whatever is read makes no harm.
+//! What is sent is what is read, and whatever is read does no harm.
+
+extern crate std;
 
 use super::super::force::Triple;
 use super::super::packed::{TORQUE_MAX, Torques};
@@ -65,8 +67,6 @@ fn feedback() -> impl Strategy<Value = Feedback> {
         triple().prop_map(Feedback::Acceleration),
     ]
 }
-
-extern crate std;
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]

@@ -274,20 +274,15 @@ impl PuckDriver {
     /// Arm joints; one is measured if every motor is that it hangs on.
     fn read_arm(&self, readings: &mut JointReadings) {
         let mut motor_rad = [0.0; ARM_JOINTS];
-        let mut missing = [false; ARM_JOINTS];
-        for (m, sampled) in self.arm.iter().enumerate() {
-            match fresh(*sampled, self.tick, 0) {
-                Some(counts) => motor_rad[m] = units::arm_motor_rad(counts),
-                None => missing[m] = true,
+        let mut measured = (1 << ARM_JOINTS) - 1;
+        for (m, (angle_rad, sampled)) in motor_rad.iter_mut().zip(self.arm).enumerate() {
+            match fresh(sampled, self.tick, 0) {
+                Some(counts) => *angle_rad = units::arm_motor_rad(counts),
+                None => measured &= !joints_on(m),
             }
         }
         readings.arm_q_rad = units::joints_from_motors(&motor_rad);
-        for j in 0..ARM_JOINTS {
-            let hangs_on_missing = (0..ARM_JOINTS).any(|m| missing[m] && MOTOR_FROM_JOINT[m][j] != 0.0);
-            if !hangs_on_missing {
-                readings.valid.0 |= 1 << j;
-            }
-        }
+        readings.valid.0 |= measured;
     }
 
     /// The tactile images that were completed since the last call.
@@ -327,6 +322,11 @@ impl PuckDriver {
         *asked_at = self.tick;
         send(set_tactile(*node, Request::Full));
     }
+}
+
+/// The joints that hang on motor `m`, a bit each.
+fn joints_on(m: usize) -> u32 {
+    MOTOR_FROM_JOINT[m].iter().enumerate().map(|(j, turns)| u32::from(*turns != 0.0) << j).sum()
 }
 
 /// Why a frame is not taken.

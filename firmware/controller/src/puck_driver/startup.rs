@@ -227,8 +227,8 @@ impl Startup {
                 demand(i64::from(value) == i64::from(expected), StartError::Counts(node, value))
             }
             (Subject::Motor(m), motor::IPNM) => {
-                let units = self.found.arm_ipnm.iter_mut().chain(&mut self.found.hand_ipnm);
-                if let Some(unit) = units.skip(m).next() {
+                let mut units = self.found.arm_ipnm.iter_mut().chain(&mut self.found.hand_ipnm);
+                if let Some(unit) = units.nth(m) {
                     *unit = value as f32;
                 }
                 demand(value > 0, StartError::TorqueUnit(node, value))
