@@ -1,14 +1,26 @@
-//! CAN and CAN FD data frames with 29-bit identifiers, as values: no heap, no driver.
+//! CAN and CAN FD data frames, as values: no heap, no driver.
 //!
 //! The shape follows `embedded_can::Frame` (identifier, data, length code), so that a driver needs a few lines to
-//! convert. 11-bit identifiers and remote frames do not occur in our protocol and are left to drivers that share
-//! the wire.
+//! convert. Our own protocol has 29-bit identifiers ([`crate::cyphal`]), Barrett's pucks have 11-bit ones
+//! ([`crate::puck`]); both may share a wire. Remote frames occur in neither.
 
 /// Most data bytes in one frame (CAN FD).
 pub const DATA_BYTES_MAX: usize = 64;
 
 /// Largest 29-bit identifier.
 pub const ID_MAX: u32 = (1 << 29) - 1;
+
+/// Largest 11-bit identifier.
+pub const BASE_ID_MAX: u16 = (1 << 11) - 1;
+
+/// Length of a frame's identifier. Frames of equal number and different length are different frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum IdBits {
+    /// 11 bits (Barrett's pucks).
+    Base,
+    /// 29 bits (Cyphal).
+    Extended,
+}
 
 /// Which frames a transfer is cut into: the bus's frame format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -52,7 +64,7 @@ impl Mtu {
 /// Error returned by [`CanFrame::new`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameError {
-    /// The identifier needs more than 29 bits.
+    /// The identifier needs more bits than it may have.
     Id,
     /// No frame of this format has that many data bytes (CAN 2.0: 0-8; CAN FD: also 12, 16, 20, 24, 32, 48, 64).
     Length,
@@ -61,7 +73,7 @@ pub enum FrameError {
 impl core::fmt::Display for FrameError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            Self::Id => "CAN identifier exceeds 29 bits",
+            Self::Id => "CAN identifier has too many bits",
             Self::Length => "no CAN frame has this data length",
         })
     }
@@ -69,10 +81,11 @@ impl core::fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// One data frame with a 29-bit identifier. A value of this type can be sent.
+/// One data frame. A value of this type can be sent.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct CanFrame {
     id: u32,
+    id_bits: IdBits,
     len: u8,
     mtu: Mtu,
     /// Bytes from `len` on are zero, so that equality of frames is equality of these fields.
@@ -88,6 +101,31 @@ impl CanFrame {
         if id > ID_MAX {
             return Err(FrameError::Id);
         }
+        Self::with_id(id, IdBits::Extended, data, mtu)
+    }
+
+    /// A frame of format `mtu` with the 11-bit identifier `id` and these data bytes.
+    ///
+    /// # Errors
+    /// As [`CanFrame::new`].
+    pub fn new_base(id: u16, data: &[u8], mtu: Mtu) -> Result<Self, FrameError> {
+        if id > BASE_ID_MAX {
+            return Err(FrameError::Id);
+        }
+        Self::with_id(u32::from(id), IdBits::Base, data, mtu)
+    }
+
+    /// A CAN 2.0 frame with the lowest eleven bits of `id` as identifier.
+    pub fn classic_base<const N: usize>(id: u16, data: [u8; N]) -> Self {
+        const { assert!(N <= Mtu::Classic.bytes(), "CAN 2.0 carries at most 8 data bytes") };
+        let mut bytes = [0; DATA_BYTES_MAX];
+        for (to, from) in bytes.iter_mut().zip(data) {
+            *to = from;
+        }
+        Self { id: u32::from(id & BASE_ID_MAX), id_bits: IdBits::Base, len: N as u8, mtu: Mtu::Classic, data: bytes }
+    }
+
+    fn with_id(id: u32, id_bits: IdBits, data: &[u8], mtu: Mtu) -> Result<Self, FrameError> {
         if mtu.frame_bytes(data.len()) != Some(data.len()) {
             return Err(FrameError::Length);
         }
@@ -95,12 +133,26 @@ impl CanFrame {
         for (to, from) in bytes.iter_mut().zip(data) {
             *to = *from;
         }
-        Ok(Self { id, len: data.len() as u8, mtu, data: bytes })
+        Ok(Self { id, id_bits, len: data.len() as u8, mtu, data: bytes })
     }
 
-    /// The 29-bit identifier; the lower one wins the bus.
+    /// The identifier; its length is [`CanFrame::id_bits`].
     pub const fn id(&self) -> u32 {
         self.id
+    }
+
+    /// How long the identifier is.
+    pub const fn id_bits(&self) -> IdBits {
+        self.id_bits
+    }
+
+    /// Place in arbitration: of two frames the one with the lower number wins the bus. The eleven upper bits decide
+    /// first; where these are equal the short identifier wins (ISO 11898-1: its next bit is dominant, SRR is not).
+    pub const fn arbitration(&self) -> u32 {
+        match self.id_bits {
+            IdBits::Base => self.id << 19,
+            IdBits::Extended => (self.id >> 18) << 19 | 1 << 18 | self.id & 0x3_ffff,
+        }
     }
 
     /// The data bytes.
@@ -134,9 +186,10 @@ impl CanFrame {
 }
 
 impl core::fmt::Debug for CanFrame {
-    /// As candump writes frames: `107D552A#00000000000000E0`, with `##` for CAN FD.
+    /// As candump writes frames: `107D552A#00000000000000E0`, three digits for 11-bit identifiers, `##` for CAN FD.
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{:08X}{}", self.id, if self.is_fd() { "##" } else { "#" })?;
+        let digits = if self.id_bits == IdBits::Base { 3 } else { 8 };
+        write!(f, "{:0digits$X}{}", self.id, if self.is_fd() { "##" } else { "#" })?;
         self.data().iter().try_for_each(|byte| write!(f, "{byte:02X}"))
     }
 }
@@ -175,5 +228,33 @@ mod tests {
         let frame = CanFrame::new(0x123, &[9, 8, 7], Mtu::Classic).unwrap();
         assert_eq!((frame.id(), frame.data(), frame.mtu(), frame.dlc()), (0x123, &[9, 8, 7][..], Mtu::Classic, 3));
         assert_ne!(CanFrame::new(0x123, &[9, 8, 7, 0], Mtu::Classic), Ok(frame));
+    }
+
+    #[test]
+    fn an_identifier_of_twelve_bits_is_no_short_one() {
+        assert_eq!(CanFrame::new_base(BASE_ID_MAX + 1, &[], Mtu::Classic), Err(FrameError::Id));
+        let frame = CanFrame::new_base(BASE_ID_MAX, &[1], Mtu::Classic).unwrap();
+        assert_eq!((frame.id(), frame.id_bits()), (0x7ff, IdBits::Base));
+        assert_eq!(CanFrame::classic_base(0x7ff, [1]), frame);
+        assert_ne!(CanFrame::new(0x7ff, &[1], Mtu::Classic), Ok(frame), "the same number at another length");
+    }
+
+    #[test]
+    fn arbitration_compares_the_upper_eleven_bits_and_then_prefers_the_short_identifier() {
+        let base = |id| CanFrame::new_base(id, &[], Mtu::Classic).unwrap().arbitration();
+        let extended = |id| CanFrame::new(id, &[], Mtu::Classic).unwrap().arbitration();
+        assert!(base(0x404) < base(0x405));
+        assert!(base(0x404) < extended(0x404 << 18), "equal upper bits");
+        assert!(extended(0x404 << 18) < extended(0x404 << 18 | 1));
+        assert!(extended(0x403 << 18 | 0x3_ffff) < base(0x404), "the lower upper bits win, however long");
+        assert!(base(BASE_ID_MAX) < extended(ID_MAX));
+    }
+
+    #[test]
+    fn frames_are_shown_as_candump_writes_them() {
+        extern crate std;
+        let show = |frame: Result<CanFrame, FrameError>| std::format!("{:?}", frame.unwrap());
+        assert_eq!(show(CanFrame::new_base(0x00b, &[5], Mtu::Classic)), "00B#05");
+        assert_eq!(show(CanFrame::new(0x107d_552a, &[0xe0], Mtu::Fd)), "107D552A##E0");
     }
 }

@@ -7,6 +7,7 @@
 //! * [`reading`]: one tick of sensor readings and one tick of commands, in SI units.
 //! * [`trajectory`]: motion of the arm as timed knots, sampling and checking.
 //! * [`message`]: what crosses the wire. [`cyphal`]: how it crosses CAN, in fixed memory, as [`can`] frames.
+//! * [`puck`]: Barrett's own CAN protocol, the way to the real arm and hand.
 //!
 //! `no_std`, no heap, `f32` through `libm` only, so that the same inputs give the same bits on every target.
 #![no_std]
@@ -18,6 +19,7 @@ pub mod limits;
 pub mod link;
 pub mod message;
 pub mod pose;
+pub mod puck;
 pub mod reading;
 pub mod robot;
 pub mod shape;

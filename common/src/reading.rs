@@ -49,9 +49,11 @@ impl Validity {
         self.0 & 0x7f == 0x7f
     }
 
-    /// All hand readings (motors, inner links, efforts, tips) measured?
+    /// All hand readings that are needed (motors, inner links, tips) measured? Efforts are not: the real hand's motor
+    /// controllers do not tell them.
     pub fn hand(self) -> bool {
-        self.0 & 0x1f_ff80 == 0x1f_ff80
+        const NEEDED: u32 = 0x3f80 | 0x1c_0000;
+        self.0 & NEEDED == NEEDED
     }
 }
 

@@ -9,6 +9,7 @@
 //! sample points at the same fraction of a bit, that amounts to BRS at the nominal and the delimiter at the data rate,
 //! as counted here. Left out: an acknowledgement that spills into a second bit on a long line.
 
+pub use tactus_common::can::IdBits;
 use tactus_common::can::{CanFrame, Mtu};
 
 /// Length of a bit in the two phases of a frame.
@@ -50,13 +51,16 @@ impl WireBits {
 pub const INTERMISSION_BITS: u32 = 3;
 /// ACK slot, ACK delimiter, end of frame, intermission.
 const TRAILER_BITS: u32 = 1 + 1 + 7 + INTERMISSION_BITS;
-/// Start of frame, identifier 11, SRR, IDE, identifier 18, RTR, r1, r0, data length code 4.
+/// Start of frame, identifier 11, SRR, IDE, identifier 18, RTR, r1, r0, data length code 4. With a short identifier
+/// 20 less: IDE follows RTR, and there are no SRR, no 18 further bits and no r1.
 const CLASSIC_HEADER_BITS: u32 = 39;
+const CLASSIC_BASE_HEADER_BITS: u32 = CLASSIC_HEADER_BITS - 20;
 /// CRC of CAN 2.0, and its delimiter.
 const CLASSIC_CRC_BITS: u32 = 15;
 const CRC_DELIMITER_BITS: u32 = 1;
-/// Start of frame, identifier 11, SRR, IDE, identifier 18, RRS, FDF, res, BRS.
+/// Start of frame, identifier 11, SRR, IDE, identifier 18, RRS, FDF, res, BRS. With a short identifier 19 less.
 const FD_NOMINAL_BITS: u32 = 36;
+const FD_BASE_NOMINAL_BITS: u32 = FD_NOMINAL_BITS - 19;
 /// ESI, data length code 4.
 const FD_CONTROL_BITS: u32 = 5;
 
@@ -74,33 +78,51 @@ pub fn wire_bits(frame: &CanFrame) -> WireBits {
     }
 }
 
-/// The identifier as sent: start of frame, 11 upper bits, SRR and IDE recessive (1), 18 lower bits: 32 bits.
-fn arbitration_field(id: u32) -> u64 {
-    u64::from(id >> 18) << 20 | 0b11 << 18 | u64::from(id & 0x3_ffff)
+/// Bits up to the data length code (CAN 2.0) or the BRS bit (CAN FD).
+const fn header_bits(mtu: Mtu, id: IdBits) -> u32 {
+    match (mtu, id) {
+        (Mtu::Classic, IdBits::Base) => CLASSIC_BASE_HEADER_BITS,
+        (Mtu::Classic, IdBits::Extended) => CLASSIC_HEADER_BITS,
+        (Mtu::Fd, IdBits::Base) => FD_BASE_NOMINAL_BITS,
+        (Mtu::Fd, IdBits::Extended) => FD_NOMINAL_BITS,
+    }
+}
+
+/// The identifier as sent, start of frame (0) first. 29 bits: 11 upper bits, SRR and IDE recessive (1), 18 lower bits,
+/// RTR or RRS dominant (0). 11 bits: RTR or RRS, then IDE, both dominant.
+fn arbitration_field(frame: &CanFrame) -> u64 {
+    let id = u64::from(frame.id());
+    match frame.id_bits() {
+        IdBits::Base => id << 2,
+        IdBits::Extended => (id >> 18 << 20 | 0b11 << 18 | id & 0x3_ffff) << 1,
+    }
 }
 
 fn classic_bits(frame: &CanFrame) -> WireBits {
-    let control = u64::from(frame.dlc()); // RTR, r1, r0 dominant (0)
-    let header = arbitration_field(frame.id()) << 7 | control;
-    // 39 bits: the CRC starts from zero, so one leading zero more does not change it, and makes whole bytes.
+    // r1 (29 bits only) and r0 dominant (0), data length code.
+    let reserved_bits = if frame.id_bits() == IdBits::Base { 1 } else { 2 };
+    let header_bits = header_bits(Mtu::Classic, frame.id_bits());
+    let header = arbitration_field(frame) << reserved_bits << 4 | u64::from(frame.dlc());
+    // The CRC starts from zero, so leading zeros do not change it and make whole bytes.
     let mut digest = CRC_15.digest();
-    digest.update(&header.to_be_bytes()[3..]);
+    digest.update(&header.to_be_bytes());
     digest.update(frame.data());
     let crc = u64::from(digest.finalize());
 
     let mut stuffing = Stuffing::after_start_of_frame();
-    stuffing.bits(header, CLASSIC_HEADER_BITS - 1);
+    stuffing.bits(header, header_bits - 1);
     stuffing.bytes(frame.data());
     stuffing.bits(crc, CLASSIC_CRC_BITS);
     let stuff = stuffing.count + u32::from(stuffing.is_due());
-    let content = CLASSIC_HEADER_BITS + 8 * frame.data().len() as u32 + CLASSIC_CRC_BITS;
+    let content = header_bits + 8 * frame.data().len() as u32 + CLASSIC_CRC_BITS;
     WireBits { nominal: content + stuff + CRC_DELIMITER_BITS + TRAILER_BITS, data: 0 }
 }
 
 fn fd_bits(frame: &CanFrame) -> WireBits {
     let mut stuffing = Stuffing::after_start_of_frame();
-    // RRS 0, FDF 1, res 0, BRS 1: after these no stuff bit is due, so each belongs wholly to one phase.
-    stuffing.bits(arbitration_field(frame.id()) << 4 | 0b0101, FD_NOMINAL_BITS - 1);
+    // FDF 1, res 0, BRS 1: after these no stuff bit is due, so each belongs wholly to one phase.
+    let header_bits = header_bits(Mtu::Fd, frame.id_bits());
+    stuffing.bits(arbitration_field(frame) << 3 | 0b101, header_bits - 1);
     let nominal_stuff = stuffing.count;
     stuffing.bits(u64::from(frame.dlc()), FD_CONTROL_BITS); // ESI 0: error active
     stuffing.bytes(frame.data());
@@ -108,40 +130,27 @@ fn fd_bits(frame: &CanFrame) -> WireBits {
     let data_stuff = stuffing.count - nominal_stuff;
     let bytes = frame.data().len();
     WireBits {
-        nominal: FD_NOMINAL_BITS + nominal_stuff + TRAILER_BITS,
+        nominal: header_bits + nominal_stuff + TRAILER_BITS,
         data: FD_CONTROL_BITS + 8 * bytes as u32 + data_stuff + fd_crc_field_bits(bytes) + CRC_DELIMITER_BITS,
     }
-}
-
-/// Length of the identifier.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum IdBits {
-    /// 11 bits (Barrett's pucks).
-    Base,
-    /// 29 bits (Cyphal).
-    Extended,
 }
 
 /// A bound for the length of any frame with `data_bytes` data bytes: a stuff bit after the first five bits and after
 /// each further four. CAN 2.0: `g + 8n + 13 + floor((g + 8n - 1) / 4)` with `g` = 34 or 54 (Davis et al., *Controller
 /// Area Network schedulability analysis*, 2007). CAN FD likewise (Linux, `include/linux/can/length.h`).
 pub const fn wire_bits_worst(data_bytes: usize, mtu: Mtu, id: IdBits) -> WireBits {
-    // IDE and 18 identifier bits more; SRR takes the place of RTR or RRS, which moves behind, and CAN 2.0 has r1 more.
-    let (classic_header, fd_nominal) = match id {
-        IdBits::Base => (CLASSIC_HEADER_BITS - 20, FD_NOMINAL_BITS - 19),
-        IdBits::Extended => (CLASSIC_HEADER_BITS, FD_NOMINAL_BITS),
-    };
+    let header = header_bits(mtu, id);
     let data_bits = 8 * data_bytes as u32;
     match mtu {
         Mtu::Classic => {
-            let stuffed = classic_header + data_bits + CLASSIC_CRC_BITS;
+            let stuffed = header + data_bits + CLASSIC_CRC_BITS;
             WireBits { nominal: stuffed + (stuffed - 1) / 4 + CRC_DELIMITER_BITS + TRAILER_BITS, data: 0 }
         }
         Mtu::Fd => {
-            let stuff = (fd_nominal + FD_CONTROL_BITS + data_bits - 1) / 4;
-            let nominal_stuff = (fd_nominal - 1) / 4;
+            let stuff = (header + FD_CONTROL_BITS + data_bits - 1) / 4;
+            let nominal_stuff = (header - 1) / 4;
             WireBits {
-                nominal: fd_nominal + nominal_stuff + TRAILER_BITS,
+                nominal: header + nominal_stuff + TRAILER_BITS,
                 data: FD_CONTROL_BITS + data_bits + stuff - nominal_stuff
                     + fd_crc_field_bits(data_bytes)
                     + CRC_DELIMITER_BITS,

@@ -43,7 +43,7 @@ pub struct Rejected {
 
 impl std::fmt::Display for Rejected {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "frame {:08X} not sent: {}", self.frame.id(), self.reason)
+        write!(f, "frame {:?} not sent: {}", self.frame, self.reason)
     }
 }
 

@@ -5,10 +5,12 @@
 //! * [`bit_time`]: how long a frame keeps the wire busy, exactly and at worst.
 //! * [`bus_load`]: the share of the wire that a set of periodic messages takes at worst.
 //! * [`load_window`]: the busiest 100 ms of a run.
+//! * [`puck_responder`]: the other end of Barrett's puck protocol, for tests.
 #![forbid(unsafe_code)]
 
 pub mod bit_time;
 pub mod bus;
 pub mod bus_load;
 pub mod load_window;
+pub mod puck_responder;
 pub mod virtual_bus;

@@ -194,10 +194,9 @@ impl VirtualBus {
         if self.wire.is_some() {
             return;
         }
-        let heads =
-            self.nodes.iter().enumerate().filter_map(|(index, node)| Some((node.transmit.front()?.id(), index)));
-        let Some((id, from)) = heads.min() else { return };
-        let contenders = self.nodes.iter().filter(|node| node.transmit.front().is_some_and(|frame| frame.id() == id));
+        let heads = || self.nodes.iter().map(|node| node.transmit.front().map(CanFrame::arbitration)).enumerate();
+        let Some((lowest, from)) = heads().filter_map(|(index, head)| Some((head?, index))).min() else { return };
+        let contenders = heads().filter(|(_, head)| *head == Some(lowest));
         self.stats.collisions += contenders.count() as u64 - 1;
         let Some(frame) = self.nodes[from].transmit.pop() else { return };
 

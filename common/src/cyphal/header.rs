@@ -1,5 +1,7 @@
 //! What the 29-bit identifier says: priority, subject, source.
 
+use crate::can::{CanFrame, IdBits};
+
 /// Priority of a transfer; the first wins the bus (specification, section 4.2.1.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
@@ -77,6 +79,8 @@ pub enum HeaderError {
     Anonymous,
     /// Reserved bits 23 or 7 are set, or the value has more than 29 bits: to be discarded.
     Reserved,
+    /// The frame has an 11-bit identifier: not Cyphal, somebody else's frame on the same wire.
+    ShortId,
 }
 
 impl core::fmt::Display for HeaderError {
@@ -85,6 +89,7 @@ impl core::fmt::Display for HeaderError {
             Self::Service => "a service transfer, not a message",
             Self::Anonymous => "a message from an anonymous node",
             Self::Reserved => "reserved identifier bits are set",
+            Self::ShortId => "an 11-bit identifier",
         })
     }
 }
@@ -110,7 +115,18 @@ pub struct Header {
 }
 
 impl Header {
-    /// Reads an identifier.
+    /// Reads the identifier of a frame.
+    ///
+    /// # Errors
+    /// [`HeaderError`] if it is not that of a message with a source.
+    pub const fn of(frame: &CanFrame) -> Result<Self, HeaderError> {
+        match frame.id_bits() {
+            IdBits::Base => Err(HeaderError::ShortId),
+            IdBits::Extended => Self::parse(frame.id()),
+        }
+    }
+
+    /// Reads a 29-bit identifier.
     ///
     /// # Errors
     /// [`HeaderError`] if it is not that of a message with a source.
@@ -173,5 +189,16 @@ mod tests {
     fn numbers_out_of_range_are_refused() {
         assert_eq!(NodeId::new(128), None);
         assert_eq!(SubjectId::new(8192), None);
+    }
+
+    #[test]
+    fn a_short_identifier_is_never_read_as_one_of_ours() {
+        // Taken for a long one, it would be a message of priority 0.
+        let frame = |id| CanFrame::new_base(id, &[1], crate::can::Mtu::Classic).unwrap();
+        for id in 0..=crate::can::BASE_ID_MAX {
+            assert_eq!(Header::of(&frame(id)), Err(HeaderError::ShortId));
+        }
+        let long = CanFrame::new(0x10_0102, &[1], crate::can::Mtu::Classic).unwrap();
+        assert_eq!(Header::of(&long), Header::parse(0x10_0102));
     }
 }

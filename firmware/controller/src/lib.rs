@@ -1,6 +1,7 @@
 //! The Tactus controller: guarded motion, touch evidence, pose update, mission and safety.
 //!
-//! [`controller`] is one tick: look, decide, plan, act; read it first. [`node`] puts it on a CAN bus.
+//! [`controller`] is one tick: look, decide, plan, act; read it first. [`node`] puts it on a CAN bus;
+//! [`puck_driver`] puts it on the one of Barrett's own motor controllers.
 //!
 //! * Motion: [`executor`] plays trajectories, [`control`] turns references into torques, [`onset`] feels contacts.
 //! * Touch: [`touch`] lists and chooses touches, [`evidence`] keeps what was felt, [`predict`] foretells it.
@@ -22,8 +23,9 @@ pub mod node;
 pub mod onset;
 pub mod optimise;
 pub mod predict;
+pub mod puck_driver;
 pub mod supervisor;
-#[cfg(test)]
-mod testing;
+#[cfg(any(test, feature = "testing"))]
+pub mod testing;
 pub mod touch;
 pub mod update;

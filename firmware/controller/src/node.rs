@@ -143,7 +143,7 @@ impl Node {
     /// Takes a frame from the bus. Where it completes a sensor message, the controller ticks and what it says is
     /// given to `send`, frame by frame. `true` if it ticked.
     pub fn receive(&mut self, frame: &CanFrame, send: &mut dyn FnMut(CanFrame)) -> bool {
-        let Ok(header) = Header::parse(frame.id()) else {
+        let Ok(header) = Header::of(frame) else {
             self.stats.foreign_frames = self.stats.foreign_frames.saturating_add(1);
             return false;
         };

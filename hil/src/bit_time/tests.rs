@@ -1,6 +1,6 @@
 use super::*;
 use proptest::prelude::*;
-use tactus_common::can::ID_MAX;
+use tactus_common::can::{BASE_ID_MAX, ID_MAX};
 
 fn frame(id: u32, data: &[u8], mtu: Mtu) -> CanFrame {
     CanFrame::new(id, data, mtu).unwrap()
@@ -17,12 +17,20 @@ mod plain {
     /// Start of frame to data.
     fn head(frame: &CanFrame) -> Vec<bool> {
         let mut bits = vec![false];
-        push(&mut bits, frame.id() >> 18, 11);
-        push(&mut bits, 0b11, 2); // SRR, IDE
-        push(&mut bits, frame.id() & 0x3_ffff, 18);
-        match frame.mtu() {
-            Mtu::Classic => push(&mut bits, 0b000, 3),  // RTR, r1, r0
-            Mtu::Fd => push(&mut bits, 0b0_1_0_1_0, 5), // RRS, FDF, res, BRS, ESI
+        if frame.id_bits() == IdBits::Extended {
+            push(&mut bits, frame.id() >> 18, 11);
+            push(&mut bits, 0b11, 2); // SRR, IDE
+            push(&mut bits, frame.id() & 0x3_ffff, 18);
+            match frame.mtu() {
+                Mtu::Classic => push(&mut bits, 0b000, 3),  // RTR, r1, r0
+                Mtu::Fd => push(&mut bits, 0b0_1_0_1_0, 5), // RRS, FDF, res, BRS, ESI
+            }
+        } else {
+            push(&mut bits, frame.id(), 11);
+            match frame.mtu() {
+                Mtu::Classic => push(&mut bits, 0b000, 3),    // RTR, IDE, r0
+                Mtu::Fd => push(&mut bits, 0b0_0_1_0_1_0, 6), // RRS, IDE, FDF, res, BRS, ESI
+            }
         }
         push(&mut bits, u32::from(frame.dlc()), 4);
         frame.data().iter().for_each(|byte| push(&mut bits, u32::from(*byte), 8));
@@ -140,6 +148,20 @@ fn the_all_zero_classic_frame_has_the_stuff_bits_counted_by_hand() {
     assert_eq!(wire_bits(&frame(0, &[], Mtu::Classic)).total(), 39 + 15 + 7 + 13);
 }
 
+#[test]
+fn a_short_identifier_saves_twenty_bits() {
+    // Alternating bits again, 8 data bytes: 111 without stuffing (Davis et al. 2007: g + 8 n + 13 with g = 34).
+    let short = (0..=255).map(|n| {
+        wire_bits(&CanFrame::new_base(0x555, &[0x55, 0xaa, 0x55, 0xaa, 0x55, 0xaa, 0x55, n], Mtu::Classic).unwrap())
+    });
+    assert_eq!(short.map(WireBits::total).min(), Some(111));
+    // GET STAT of puck 11, 00B#05: 0 00000001011 000 0001 00000101 and the CRC of these 27 bits, 101101000001100. Stuff
+    // bits: after the first five zeros, after RTR, IDE, r0 and two of the length code, after five of the data, and one
+    // in the CRC.
+    let get = CanFrame::new_base(0x00b, &[0x05], Mtu::Classic).unwrap();
+    assert_eq!(wire_bits(&get).total(), 27 + 15 + 4 + 13);
+}
+
 proptest! {
     #[test]
     fn length_equals_that_of_the_plain_bit_string(
@@ -148,12 +170,16 @@ proptest! {
         code in 0..16_usize,
     ) {
         let len = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64][code];
-        for mtu in Mtu::ALL {
+        let short_id = id as u16 & BASE_ID_MAX;
+        for (mtu, id_bits) in Mtu::ALL.map(|mtu| [(mtu, IdBits::Base), (mtu, IdBits::Extended)]).into_iter().flatten() {
             let len = len.min(mtu.bytes());
-            let frame = frame(id, &bytes[..len], mtu);
+            let frame = match id_bits {
+                IdBits::Base => CanFrame::new_base(short_id, &bytes[..len], mtu).unwrap(),
+                IdBits::Extended => frame(id, &bytes[..len], mtu),
+            };
             let exact = wire_bits(&frame);
             prop_assert_eq!(exact.total() as usize, plain::length(&frame), "{:?}", frame);
-            let worst = wire_bits_worst(len, mtu, IdBits::Extended);
+            let worst = wire_bits_worst(len, mtu, id_bits);
             prop_assert!(exact.nominal <= worst.nominal && exact.total() <= worst.total());
             prop_assert!(exact.duration_ns(BitRates::M1_5) <= worst.duration_ns(BitRates::M1_5));
         }

@@ -32,14 +32,14 @@ impl TransmitQueue {
         if self.frames.len() >= self.capacity {
             return Err(frame);
         }
-        let place = self.frames.partition_point(|waiting| waiting.id() <= frame.id());
+        let place = self.frames.partition_point(|waiting| waiting.arbitration() <= frame.arbitration());
         self.frames.insert(place, frame);
         Ok(())
     }
 
     /// Before all frames that are as urgent: it was sent and must be sent again.
     pub(super) fn put_back(&mut self, frame: CanFrame) {
-        let place = self.frames.partition_point(|waiting| waiting.id() < frame.id());
+        let place = self.frames.partition_point(|waiting| waiting.arbitration() < frame.arbitration());
         self.frames.insert(place, frame);
     }
 }

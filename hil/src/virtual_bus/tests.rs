@@ -136,6 +136,24 @@ fn two_endpoints_with_one_identifier_are_reported() {
 }
 
 #[test]
+fn short_and_long_identifiers_share_the_wire_by_their_upper_bits_and_are_not_confused() {
+    let mut bus = VirtualBus::new(3, VirtualBusConfig::CLASSIC);
+    let short = |id| CanFrame::new_base(id, &[1], Mtu::Classic).unwrap();
+    let long = |id| frame(id, &[2], Mtu::Classic);
+    let expected = [long(0x403 << 18 | 7), short(0x404), long(0x404 << 18), short(0x405), short(0x563)];
+    for (index, n) in [(0, 4), (0, 2), (1, 3), (1, 0), (0, 1)] {
+        bus.endpoint(index).send(expected[n]).unwrap();
+    }
+    // The same number at another length is no collision.
+    bus.endpoint(1).send(long(0x563)).unwrap();
+    bus.run_until_idle();
+    let received: Vec<CanFrame> = drain(&mut bus, 2).iter().map(|received| received.frame).collect();
+    assert_eq!(received[0], long(0x563), "its upper eleven bits are zero");
+    assert_eq!(received[1..], expected);
+    assert_eq!(bus.stats().collisions, 0);
+}
+
+#[test]
 fn load_is_the_share_of_busy_time_in_the_busiest_100_ms() {
     let mut bus = VirtualBus::new(2, VirtualBusConfig::FD);
     let sent = frame(0x155, &[0x55; 64], Mtu::Fd);

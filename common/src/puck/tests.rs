@@ -1,0 +1,4 @@
+//! The published examples, round trips, and frames of any content.
+
+mod round_trip;
+mod vectors;
