@@ -1,5 +1,7 @@
-//! What a node needs of a bus. No clock, no waiting: whoever owns the bus makes time pass.
+//! What a node needs of a bus. [`Bus`]: no clock, no waiting, whoever owns the bus makes time pass. [`LiveBus`]: a bus
+//! that lives outside this process, where time passes by itself.
 
+use std::time::Duration;
 use tactus_common::can::{CanFrame, Mtu};
 
 /// A frame that arrived.
@@ -62,6 +64,49 @@ pub trait Bus {
 
     /// The oldest frame that arrived from other nodes and was not fetched yet; never waits.
     fn receive(&mut self) -> Option<Received>;
+}
+
+/// What a [`LiveBus`] has suffered so far, counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LiveStats {
+    /// Frames sent.
+    pub sent: u64,
+    /// Frames fetched.
+    pub received: u64,
+    /// Frames that the receive queue had no room for, as far as the operating system tells.
+    pub lost: u64,
+    /// Error frames: the bus's own reports of trouble (bus off, no acknowledgement, ...).
+    pub errors: u64,
+    /// Frames, or what should have been frames, that are no data frames of ours.
+    pub foreign: u64,
+    /// Times at which the bus was found down.
+    pub downs: u64,
+}
+
+/// A node's access to a bus that is not of this process: SocketCAN, a serial line. Frames leave in the order of
+/// sending and arrive in the order of their sender's sending.
+pub trait LiveBus: Bus + Send {
+    /// Waits until [`Bus::receive`] has a frame, at most `timeout`; `true` if there is one. A bus that is down is waited
+    /// for in the same way, so that it may come back; [`LiveBus::stats`] counts it.
+    fn wait(&mut self, timeout: Duration) -> bool;
+
+    /// Another access to the same bus, which may be used from another thread; it only sends.
+    ///
+    /// # Errors
+    /// The operating system refuses.
+    fn sender(&self) -> std::io::Result<Box<dyn SendOnly>>;
+
+    /// What it has suffered.
+    fn stats(&self) -> LiveStats;
+}
+
+/// The sending half of a [`LiveBus`].
+pub trait SendOnly: Send {
+    /// As [`Bus::send`].
+    ///
+    /// # Errors
+    /// As [`Bus::send`].
+    fn send(&mut self, frame: CanFrame) -> Result<(), Rejected>;
 }
 
 impl<B: Bus + ?Sized> Bus for &mut B {
