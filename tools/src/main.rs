@@ -7,8 +7,9 @@ mod setup;
 mod vcan;
 
 use clap::{Parser, Subcommand};
+use std::ffi::OsString;
 use std::process::ExitCode;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Developer commands of Tactus.
 #[derive(Parser)]
@@ -26,6 +27,19 @@ enum Task {
     Test,
     /// Formatting, clippy and documentation, warnings as errors.
     Lint,
+    /// Run a command with an interface vcan0 (CAN FD), on this machine's own CAN or in user-mode Linux; the exit status
+    /// is the command's, 124 after the time limit.
+    Vcan {
+        /// Seconds after which the command is killed.
+        #[arg(long, default_value_t = 900)]
+        timeout: u64,
+        /// Do not say where it runs.
+        #[arg(long)]
+        quiet: bool,
+        /// The command and its arguments.
+        #[arg(required = true, last = true)]
+        command: Vec<OsString>,
+    },
     /// Print the medians that the README quotes: world speed, mental rollout, pose update.
     Bench,
 }
@@ -36,6 +50,9 @@ fn main() -> ExitCode {
         Task::Setup => ("setup", setup::everything()),
         Task::Test => ("test", check::test()),
         Task::Lint => ("lint", check::lint()),
+        Task::Vcan { timeout, quiet, command } => {
+            return vcan::main(&command, vcan::Options { limit: Duration::from_secs(timeout), quiet });
+        }
         Task::Bench => ("bench", cargo::run(&["run", "--release", "--package", "tactus-sim-host", "--", "bench"])),
     };
     match done {

@@ -57,6 +57,7 @@ pub const CAN: &[Need] = &[
 
 /// For a CAN interface where the machine's kernel has none: another kernel, run as a program.
 pub const USER_MODE_LINUX: &[Need] = &[
+    row("a C compiler", Probe::Program("cc"), Source::Debian(&["gcc", "libc6-dev"])),
     row("a kernel with CAN", Probe::Program("linux.uml"), Source::Debian(&["user-mode-linux"])),
     row("its CAN modules", Probe::File("/usr/lib/uml/modules"), Source::Debian(&["user-mode-linux"])),
     row("loading them", Probe::Program("insmod"), Source::Debian(&["kmod"])),
@@ -193,7 +194,7 @@ mod tests {
 
     #[test]
     fn the_line_for_a_person_names_the_package() {
-        assert_eq!(by_hand(USER_MODE_LINUX[0].source), "apt-get install user-mode-linux");
+        assert_eq!(by_hand(USER_MODE_LINUX[1].source), "apt-get install user-mode-linux");
         assert_eq!(by_hand(LINT[0].source), "rustup component add rustfmt");
     }
 }
