@@ -90,7 +90,7 @@ fn a_line_that_takes_nothing_fills_up_and_loses_no_line_that_it_took() {
     let (mut bus, mut adapter, _listener) = joined("full");
     let taken = (0..100_000_u32).take_while(|&n| bus.send(frame(n, &n.to_le_bytes())).is_ok()).count() as u32;
     assert!((2_000..90_000).contains(&taken), "{taken}");
-    assert_eq!(bus.send(frame(0, &[])).unwrap_err().reason, Refusal::Full);
+    assert_eq!(bus.send(frame(0, &[0; 8])).unwrap_err().reason, Refusal::Full);
     let reader = std::thread::spawn(move || {
         for n in 0..taken {
             let line = take(&mut adapter, 19);
