@@ -99,8 +99,13 @@ impl Digest {
     /// Adds bytes.
     pub fn update(&mut self, bytes: &[u8]) {
         for &b in bytes {
-            self.0 = (self.0 ^ u64::from(b)).wrapping_mul(FNV_PRIME);
+            self.add(b);
         }
+    }
+
+    /// Adds one byte.
+    pub fn add(&mut self, byte: u8) {
+        self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(FNV_PRIME);
     }
 }
 
@@ -496,7 +501,7 @@ pub enum FaultReason {
     JointLimit(u8),
     /// A joint moved faster than its limit.
     JointSpeed(u8),
-    /// A joint did not follow its reference.
+    /// A joint did not follow its reference: 0-6 the arm's J1 to J7, 7-10 the hand's F1, F2, F3 and spread.
     Tracking(u8),
     /// Set-up message with values that make no sense.
     BadSetup,
