@@ -3,6 +3,8 @@
 //! `docs/protocol.md` says who sends which, when, and what its loss means. Values that travel every tick are
 //! packed in fixed-width integers, so that a message's length never depends on its data.
 
+mod in_place;
+
 use crate::limits::{ARM_JOINTS, FINGERS, HAND_MOTORS, PAD_CELLS, PADS};
 use crate::pose::{Interval, PlanarPose};
 use crate::reading::{HandCommand, JointCommands, JointReadings, TactileImage, Validity};
