@@ -25,7 +25,7 @@ mod tests {
         fn the_result_is_that_of_the_librarys_stable_sort(items in proptest::collection::vec((0_u8..6, 0_u8..), 0..40)) {
             let (mut ours, mut librarys) = (items.clone(), items);
             insertion_sort(&mut ours, |a, b| a.0.cmp(&b.0));
-            librarys.sort_by(|a, b| a.0.cmp(&b.0));
+            librarys.sort_by_key(|item| item.0);
             prop_assert_eq!(ours, librarys);
         }
     }

@@ -14,6 +14,8 @@ pub const ANSWER_TICKS_MAX: u32 = 5_000;
 /// The host answers the same number the same way, and only the first answer is used.
 pub const REPEAT_TICKS: u32 = 1_500;
 
+const _: () = assert!(3 * REPEAT_TICKS < ANSWER_TICKS_MAX, "the last repeat must have time to be answered");
+
 /// The host did not answer in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HostSlow;
