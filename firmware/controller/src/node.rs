@@ -405,7 +405,7 @@ impl Node {
                 }
             }
             Some(End { event, report }) if self.now.is_multiple_of(END_PERIOD_TICKS) => {
-                self.transmit(&event, send);
+                self.transmit(&Event { tick: self.now, ..event }, send);
                 self.transmit(&report, send);
             }
             Some(_) => {}
