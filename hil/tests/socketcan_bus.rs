@@ -15,7 +15,7 @@ const SOON: Duration = Duration::from_secs(2);
 const QUIET: Duration = Duration::from_millis(50);
 
 fn shell(line: &str) {
-    let status = Command::new("sh").args(["-c", line]).status().unwrap();
+    let status = Command::new("sh").args(["-c", line]).status().expect("there is a shell");
     assert!(status.success(), "{line}: {status}");
 }
 
@@ -29,7 +29,7 @@ impl Interface {
     }
 
     fn open(&self) -> SocketCanBus {
-        SocketCanBus::open(self.0, None, &[]).unwrap()
+        SocketCanBus::open(self.0, None, &[]).expect("the interface is up")
     }
 
     fn set(&self, state: &str) {
@@ -45,7 +45,7 @@ impl Drop for Interface {
 
 fn frame(id: u32, bytes: usize, mtu: Mtu) -> CanFrame {
     let data: Vec<u8> = (0..bytes).map(|i| (i * 7 + 1) as u8).collect();
-    CanFrame::new(id, &data, mtu).unwrap()
+    CanFrame::new(id, &data, mtu).expect("a length of this format")
 }
 
 fn next(bus: &mut SocketCanBus) -> CanFrame {
