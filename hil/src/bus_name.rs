@@ -1,6 +1,8 @@
 //! Names of live buses, as people give them on a command line.
 
 use crate::bus::LiveBus;
+use crate::slcan_bus::SlcanBus;
+use crate::socketcan_bus::{IdFilter, SocketCanBus};
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -48,11 +50,16 @@ impl BusName {
     /// One line: what, where, what was expected.
     pub fn open(&self, mtu: Option<Mtu>, sources: &[NodeId]) -> std::io::Result<Box<dyn LiveBus>> {
         match self {
-            Self::SocketCan(_iface) => {
-                let _ = (mtu, sources);
-                Err(std::io::Error::other("not yet"))
+            Self::SocketCan(interface) => {
+                let filters: Vec<_> = sources.iter().map(|source| IdFilter::from_node(*source)).collect();
+                let bus = SocketCanBus::open(interface, mtu, &filters).map_err(std::io::Error::other)?;
+                Ok(Box::new(bus))
             }
-            Self::Slcan(_path) => Err(std::io::Error::other("not yet")),
+            Self::Slcan(path) if mtu == Some(Mtu::Fd) => Err(std::io::Error::other(format!(
+                "SLCAN on {} has no CAN FD frames; expected: classic",
+                path.display()
+            ))),
+            Self::Slcan(path) => Ok(Box::new(SlcanBus::open(path)?)),
         }
     }
 }

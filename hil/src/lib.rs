@@ -4,6 +4,7 @@
 //! * [`bus_name`]: buses outside this process by name. [`shell`]: the controller as a process on one.
 //! * [`virtual_bus`]: a CAN bus within the process: arbitration, exact bit times, bounded queues, faults by seed.
 //! * [`socketcan_bus`]: Linux's own CAN interfaces.
+//! * [`slcan_bus`]: frames as text over a serial port, a pseudo terminal or a Unix socket.
 //! * [`bit_time`]: how long a frame keeps the wire busy, exactly and at worst.
 //! * [`bus_load`]: the share of the wire that a set of periodic messages takes at worst.
 //! * [`bus_meter`]: the load of a bus outside this process, from the frames seen.
@@ -19,5 +20,6 @@ pub mod bus_name;
 pub mod load_window;
 pub mod puck_responder;
 pub mod shell;
+pub mod slcan_bus;
 pub mod socketcan_bus;
 pub mod virtual_bus;
