@@ -87,14 +87,10 @@ fn elsewhere(report: &mut Report) -> anyhow::Result<()> {
 
 /// Tests with a CAN interface: one environment for all.
 fn with_can(binaries: &[Binary]) -> anyhow::Result<Outcome> {
-    let commands = binaries::programs()?;
+    let mut tactus = OsString::from(format!("{}=", binaries::COMMAND));
+    tactus.push(binaries::command()?);
     let counts = cargo::target_folder().join("vcan-tests-passed");
-    let mut command: Vec<OsString> = vec!["env".into()];
-    for (variable, path) in &commands {
-        let mut pair = OsString::from(format!("{variable}="));
-        pair.push(path);
-        command.push(pair);
-    }
+    let mut command: Vec<OsString> = vec!["env".into(), tactus];
     command.push(std::env::current_exe().context("where is this program?")?.into());
     command.push("run-ignored".into());
     command.push(counts.clone().into());

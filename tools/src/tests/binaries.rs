@@ -34,19 +34,15 @@ pub fn build(args: &[&str]) -> anyhow::Result<Vec<Binary>> {
     Ok(messages(&args)?.iter().filter(|m| m["profile"]["test"] == true).filter_map(binary).collect())
 }
 
-/// The commands that whole-system tests start, with the variables that tell them where these are.
-pub fn programs() -> anyhow::Result<Vec<(&'static str, PathBuf)>> {
-    let mut found = Vec::new();
-    for (package, program, variable) in [
-        ("tactus-sim-host", "tactus", "TACTUS_TESTS_COMMAND"),
-        ("tactus-hil", "tactus-controller", "TACTUS_TESTS_CONTROLLER"),
-    ] {
-        let args = ["build", "--release", "--package", package, "--bin", program];
-        let told = messages(&[&args[..], &["--message-format", "json-render-diagnostics"]].concat())?;
-        let binary = told.iter().filter_map(binary).find(|b| b.name == program);
-        found.push((variable, binary.with_context(|| format!("cargo does not say where {program} is"))?.path));
-    }
-    Ok(found)
+/// The variable that tells whole-system tests where the command `tactus` is.
+pub const COMMAND: &str = "TACTUS_TESTS_COMMAND";
+
+/// Builds the programs that whole-system tests start, all beside one another; where `tactus` is.
+pub fn command() -> anyhow::Result<PathBuf> {
+    let args = ["build", "--release", "--package", "tactus-sim-host", "--package", "tactus-hil", "--bins"];
+    let told = messages(&[&args[..], &["--message-format", "json-render-diagnostics"]].concat())?;
+    let tactus = told.iter().filter_map(binary).find(|b| b.name == "tactus");
+    Ok(tactus.context("cargo does not say where tactus is")?.path)
 }
 
 /// What a message of cargo says of an executable.
