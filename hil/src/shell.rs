@@ -124,9 +124,10 @@ impl<'a> Shell<'a> {
         }
     }
 
-    /// Announces this node and listens for another one of its id. `false` if there is one.
+    /// Shows this node's id and listens for another node that bears it. `false` if there is one.
     fn claim(&mut self) -> bool {
-        self.announce();
+        let bus = &mut self.bus;
+        self.node.beat(0, &mut |frame| send(*bus, frame));
         let until = Instant::now() + CLAIM;
         loop {
             while let Some(received) = self.bus.receive() {
