@@ -100,6 +100,11 @@ impl Controller {
         self.executor.as_ref().map(Executor::reference)
     }
 
+    /// The mission: what it was told and what it believes.
+    pub fn mission(&self) -> &Mission {
+        &self.mission
+    }
+
     /// How the mission ended, if it did.
     pub fn outcome(&self) -> Option<Outcome> {
         match self.supervisor.fault() {

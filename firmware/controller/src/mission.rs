@@ -13,7 +13,7 @@ mod knowledge;
 mod recover;
 mod trial;
 
-use crate::belief::{Readiness, Tolerance};
+use crate::belief::{Belief, Readiness, Tolerance};
 use crate::controller::Outputs;
 use crate::executor::Executor;
 use crate::onset::{Felt, Onset};
@@ -157,6 +157,14 @@ impl Mission {
         Ok(())
     }
 
+    /// Whether a set-up makes sense, before a mission is begun with it.
+    ///
+    /// # Errors
+    /// As [`Self::begin`].
+    pub fn check(setup: &Setup) -> Result<(), FaultReason> {
+        knowledge::check(setup)
+    }
+
     /// The phase.
     pub fn phase(&self) -> Phase {
         self.phase.0
@@ -180,6 +188,11 @@ impl Mission {
     /// The believed pose.
     pub fn believed(&self) -> Option<PlanarPose> {
         self.knowledge.as_ref().map(|k| k.belief.pose())
+    }
+
+    /// What is believed of the object's place; `None` before a mission.
+    pub fn belief(&self) -> Option<&Belief> {
+        self.knowledge.as_ref().map(|k| &k.belief)
     }
 
     /// A status message.
