@@ -24,7 +24,10 @@
 #define TACTUS_ABI_VERSION 1
 
 /// Bytes that are enough for a controller on every target; `tactus_controller_size` says how many one takes here.
-#define TACTUS_CONTROLLER_SIZE 40960
+#define TACTUS_CONTROLLER_SIZE 24576
+
+/// `TACTUS_CONTROLLER_SIZE` in words of 64 bits.
+#define TACTUS_CONTROLLER_WORDS 3072
 
 /// Alignment that a controller's memory needs, bytes.
 #define TACTUS_CONTROLLER_ALIGN 8
@@ -33,7 +36,10 @@
 #define TACTUS_EVENTS_MAX 8
 
 /// Bytes that are enough for an estimator on every target; `tactus_estimator_size` says how many one takes here.
-#define TACTUS_ESTIMATOR_SIZE 24576
+#define TACTUS_ESTIMATOR_SIZE 16384
+
+/// `TACTUS_ESTIMATOR_SIZE` in words of 64 bits.
+#define TACTUS_ESTIMATOR_WORDS 2048
 
 /// Alignment that an estimator's memory needs, bytes.
 #define TACTUS_ESTIMATOR_ALIGN 8
@@ -431,15 +437,8 @@ typedef uint8_t TactusContactKind;
 /// A controller; lives in memory of yours, from `tactus_controller_create` on.
 typedef struct TactusController TactusController;
 
-/// Memory for one controller, static or part of a struct of yours; too large for most stacks. Its content is not
-/// yours: `tactus_controller_create` gives the handle.
-typedef struct TactusControllerMemory TactusControllerMemory;
-
 /// A pose estimator; lives in memory of yours, from `tactus_estimator_create` on.
 typedef struct TactusEstimator TactusEstimator;
-
-/// Memory for one estimator. Its content is not yours: `tactus_estimator_create` gives the handle.
-typedef struct TactusEstimatorMemory TactusEstimatorMemory;
 
 /// What the object is.
 typedef struct TactusShape {
@@ -763,6 +762,19 @@ typedef struct TactusMode {
     /// The error there, in chi-squared units.
     float error;
 } TactusMode;
+
+/// Memory for one controller, static or part of a struct of yours; too large for most stacks. Its content is not
+/// yours: `tactus_controller_create` gives the handle.
+typedef struct TactusControllerMemory {
+    /// Not to be used.
+    uint64_t words[TACTUS_CONTROLLER_WORDS];
+} TactusControllerMemory;
+
+/// Memory for one estimator. Its content is not yours: `tactus_estimator_create` gives the handle.
+typedef struct TactusEstimatorMemory {
+    /// Not to be used.
+    uint64_t words[TACTUS_ESTIMATOR_WORDS];
+} TactusEstimatorMemory;
 
 #ifdef __cplusplus
 extern "C" {

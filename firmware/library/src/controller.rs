@@ -14,7 +14,9 @@ use tactus_controller::controller::{Controller, EVENTS_MAX, Inputs, Outputs};
 use tactus_controller::mission::Mission;
 
 /// Bytes that are enough for a controller on every target; `tactus_controller_size` says how many one takes here.
-pub const TACTUS_CONTROLLER_SIZE: usize = 40960;
+pub const TACTUS_CONTROLLER_SIZE: usize = 24576;
+/// `TACTUS_CONTROLLER_SIZE` in words of 64 bits.
+pub const TACTUS_CONTROLLER_WORDS: usize = 3072;
 /// Alignment that a controller's memory needs, bytes.
 pub const TACTUS_CONTROLLER_ALIGN: usize = 8;
 /// Most events of one tick.
@@ -38,7 +40,7 @@ pub struct TactusController {
 #[repr(C)]
 pub struct TactusControllerMemory {
     /// Not to be used.
-    pub words: [u64; TACTUS_CONTROLLER_SIZE / 8],
+    pub words: [u64; TACTUS_CONTROLLER_WORDS],
 }
 
 /// What is behind a [`TactusController`].
@@ -161,7 +163,9 @@ pub unsafe extern "C" fn tactus_controller_create(
     let make = || State { controller: Controller::default(), begun: None };
     // SAFETY: the header's contract for both pointers.
     answer(unsafe {
-        put(controller, core::ptr::null_mut()).and_then(|()| place(memory, memory_bytes, make)).and_then(|handle| put(controller, handle))
+        put(controller, core::ptr::null_mut())
+            .and_then(|()| place(memory, memory_bytes, make))
+            .and_then(|handle| put(controller, handle))
     })
 }
 

@@ -12,7 +12,9 @@ use tactus_controller::evidence::{ContactKind, EvidenceStore, StoreError, Touche
 use tactus_controller::update::{Progress, Update, UpdateConfig};
 
 /// Bytes that are enough for an estimator on every target; `tactus_estimator_size` says how many one takes here.
-pub const TACTUS_ESTIMATOR_SIZE: usize = 24576;
+pub const TACTUS_ESTIMATOR_SIZE: usize = 16384;
+/// `TACTUS_ESTIMATOR_SIZE` in words of 64 bits.
+pub const TACTUS_ESTIMATOR_WORDS: usize = 2048;
 /// Alignment that an estimator's memory needs, bytes.
 pub const TACTUS_ESTIMATOR_ALIGN: usize = 8;
 /// Lengths, metres, and angles, radians, beyond this make no sense on a table.
@@ -34,7 +36,7 @@ pub struct TactusEstimator {
 #[repr(C)]
 pub struct TactusEstimatorMemory {
     /// Not to be used.
-    pub words: [u64; TACTUS_ESTIMATOR_SIZE / 8],
+    pub words: [u64; TACTUS_ESTIMATOR_WORDS],
 }
 
 /// What is behind a [`TactusEstimator`].
