@@ -223,6 +223,7 @@ unsafe fn tick(state: &mut State, now: u32, given: &TactusInputs, out: &mut Tact
     let readings = unsafe { optional(given.readings) }?.map(|r| r.to_rust(now));
     // SAFETY: the caller's promise.
     let rollout = unsafe { optional(given.rollout) }?.map(|r| r.to_rust(now));
+    // SAFETY: the caller's promise.
     let plan = match unsafe { optional(given.plan) }? {
         // SAFETY: the caller's promise.
         Some(plan) => Some(unsafe { plan.to_rust(now) }?),

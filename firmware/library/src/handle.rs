@@ -124,7 +124,7 @@ pub(crate) unsafe fn put<T>(pointer: *mut T, value: T) -> Result<(), TactusResul
 fn aligned<T>(pointer: *const T) -> Result<(), TactusResult> {
     if pointer.is_null() {
         Err(TactusResult::NullPointer)
-    } else if pointer.addr() % align_of::<T>() != 0 {
+    } else if !pointer.addr().is_multiple_of(align_of::<T>()) {
         Err(TactusResult::Misaligned)
     } else {
         Ok(())
