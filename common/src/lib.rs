@@ -6,7 +6,8 @@
 //! * [`pose`]: the planar pose of an object on a table, and the interval it is known to lie in.
 //! * [`reading`]: one tick of sensor readings and one tick of commands, in SI units.
 //! * [`trajectory`]: motion of the arm as timed knots, sampling and checking.
-//! * [`message`]: what crosses the wire. [`cyphal`]: how it crosses CAN, in fixed memory, as [`can`] frames.
+//! * [`message`]: what crosses the wire. [`cyphal`]: how it crosses CAN, in fixed memory, as [`can`] frames; [`slcan`]: these as
+//!   text on a serial line.
 //! * [`puck`]: Barrett's own CAN protocol, the way to the real arm and hand.
 //!
 //! `no_std`, no heap, `f32` through `libm` only, so that the same inputs give the same bits on every target.
@@ -23,4 +24,5 @@ pub mod puck;
 pub mod reading;
 pub mod robot;
 pub mod shape;
+pub mod slcan;
 pub mod trajectory;

@@ -1,10 +1,38 @@
-//! Messages to bytes and back: the same two steps on both ends of the wire.
+//! Messages to bytes and back, and where they travel: the same steps on both ends of the wire.
 
-use crate::message::Message;
+use crate::cyphal::{NodeId, Priority, SubjectId};
+use crate::message::{Message, node};
 use serde::de::DeserializeOwned;
 
 /// Longest encoded message that a node sends from its stack, bytes: every message but [`crate::message::PlanAnswer`].
 pub const SMALL_BYTES: usize = 256;
+
+/// The subject of a message.
+pub const fn subject<M: Message>() -> SubjectId {
+    const {
+        match SubjectId::new(M::SUBJECT) {
+            Some(subject) => subject,
+            None => panic!("a subject has 13 bits"),
+        }
+    }
+}
+
+/// The priority of a message.
+pub const fn priority<M: Message>() -> Priority {
+    const { Priority::ALL[M::PRIORITY as usize] }
+}
+
+const fn node_id(value: u8) -> NodeId {
+    match NodeId::new(value) {
+        Some(id) => id,
+        None => panic!("a node id has 7 bits"),
+    }
+}
+
+/// The world, or the robot's gateway, as a source of frames.
+pub const WORLD: NodeId = node_id(node::WORLD);
+/// The controller as a source of frames.
+pub const CONTROLLER: NodeId = node_id(node::CONTROLLER);
 
 /// Encodes a message (postcard).
 ///

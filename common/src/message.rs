@@ -70,6 +70,7 @@ messages! {
     Status => 1203, 5;
     Event => 1204, 3;
     DigestReport => 1205, 5;
+    Hello => 1206, 5;
     Heartbeat => 7509, 4;
 }
 
@@ -592,6 +593,14 @@ pub struct DigestReport {
     pub ticks: u32,
     /// The digest, little-endian.
     pub digest: [u8; 8],
+}
+
+/// A controller without a mission says that it is there, once a second. The one message that keeps its layout whatever
+/// else changes, so that two programs of different versions can tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Hello {
+    /// [`SCHEMA_VERSION`] of the sender, little-endian.
+    pub schema_version: [u8; 8],
 }
 
 /// Cyphal heartbeat (uavcan.node.Heartbeat.1.0): 7 bytes.

@@ -2,6 +2,7 @@
 //!
 //! * [`bus`]: the seam: what a node needs of a bus, whichever it is.
 //! * [`virtual_bus`]: a CAN bus within the process: arbitration, exact bit times, bounded queues, faults by seed.
+//! * [`slcan_bus`]: frames as text over a serial port, a pseudo terminal or a Unix socket.
 //! * [`bit_time`]: how long a frame keeps the wire busy, exactly and at worst.
 //! * [`bus_load`]: the share of the wire that a set of periodic messages takes at worst.
 //! * [`load_window`]: the busiest 100 ms of a run.
@@ -13,4 +14,5 @@ pub mod bus;
 pub mod bus_load;
 pub mod load_window;
 pub mod puck_responder;
+pub mod slcan_bus;
 pub mod virtual_bus;

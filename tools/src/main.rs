@@ -1,10 +1,15 @@
-//! `cargo xtask`: the same commands for people and for CI.
+//! `cargo xtask`: the same commands for people and for CI. Here: the command line. [`setup`]: what the commands need
+//! from the machine. [`check`]: lints and tests. [`vcan`]: a CAN interface for any command. [`cargo`]: calls of cargo.
 
-use anyhow::{Context, bail};
+mod cargo;
+mod check;
+mod setup;
+mod vcan;
+
 use clap::{Parser, Subcommand};
-use std::path::PathBuf;
-use std::process::{Command, ExitCode};
-use std::time::Instant;
+use std::ffi::OsString;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
 
 /// Developer commands of Tactus.
 #[derive(Parser)]
@@ -22,6 +27,19 @@ enum Task {
     Test,
     /// Formatting, clippy and documentation, warnings as errors.
     Lint,
+    /// Run a command with an interface vcan0 (CAN FD), on this machine's own CAN or in user-mode Linux; the exit status
+    /// is the command's, 124 after the time limit.
+    Vcan {
+        /// Seconds after which the command is killed.
+        #[arg(long, default_value_t = 900)]
+        timeout: u64,
+        /// Do not say where it runs.
+        #[arg(long)]
+        quiet: bool,
+        /// The command and its arguments.
+        #[arg(required = true, last = true)]
+        command: Vec<OsString>,
+    },
     /// Print the medians that the README quotes: world speed, mental rollout, pose update.
     Bench,
 }
@@ -29,10 +47,13 @@ enum Task {
 fn main() -> ExitCode {
     let started = Instant::now();
     let (name, done) = match Cli::parse().command {
-        Task::Setup => ("setup", setup()),
-        Task::Test => ("test", setup().and_then(|()| lint()).and_then(|()| test())),
-        Task::Lint => ("lint", setup().and_then(|()| lint())),
-        Task::Bench => ("bench", cargo(&["run", "--release", "--package", "tactus-sim-host", "--", "bench"])),
+        Task::Setup => ("setup", setup::everything()),
+        Task::Test => ("test", check::test()),
+        Task::Lint => ("lint", check::lint()),
+        Task::Vcan { timeout, quiet, command } => {
+            return vcan::main(&command, vcan::Options { limit: Duration::from_secs(timeout), quiet });
+        }
+        Task::Bench => ("bench", cargo::run(&["run", "--release", "--package", "tactus-sim-host", "--", "bench"])),
     };
     match done {
         Ok(()) => {
@@ -44,61 +65,4 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-/// The workspace's root.
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-/// Runs cargo with these arguments in the workspace.
-fn cargo(args: &[&str]) -> anyhow::Result<()> {
-    let line = format!("cargo {}", args.join(" "));
-    eprintln!("xtask: {line}");
-    let status = Command::new(env!("CARGO"))
-        .args(args)
-        .current_dir(root())
-        .env("RUSTDOCFLAGS", "-D warnings")
-        .status()
-        .with_context(|| format!("cannot start `{line}`"))?;
-    if !status.success() {
-        bail!("`{line}` failed ({status})");
-    }
-    Ok(())
-}
-
-/// Does a cargo subcommand answer?
-fn has(subcommand: &str) -> bool {
-    Command::new(env!("CARGO"))
-        .args([subcommand, "--version"])
-        .current_dir(root())
-        .output()
-        .is_ok_and(|o| o.status.success())
-}
-
-/// The toolchain's parts that the other commands need.
-fn setup() -> anyhow::Result<()> {
-    for (subcommand, component) in [("fmt", "rustfmt"), ("clippy", "clippy")] {
-        if has(subcommand) {
-            continue;
-        }
-        eprintln!("xtask: installing the toolchain component {component}");
-        let added = Command::new("rustup").args(["component", "add", component]).status();
-        if !added.is_ok_and(|s| s.success()) || !has(subcommand) {
-            bail!("`cargo {subcommand}` is missing; install it with: rustup component add {component}");
-        }
-    }
-    Ok(())
-}
-
-fn lint() -> anyhow::Result<()> {
-    cargo(&["fmt", "--all", "--check"])?;
-    cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "--deny", "warnings"])?;
-    cargo(&["doc", "--workspace", "--no-deps", "--quiet"])
-}
-
-/// Unit and property tests with checks on, then the whole system as people run it, optimised.
-fn test() -> anyhow::Result<()> {
-    cargo(&["test", "--workspace", "--exclude", "tactus-tests"])?;
-    cargo(&["test", "--release", "--package", "tactus-tests"])
 }

@@ -2,14 +2,16 @@
 
 use crate::controller::{Controller, Inputs, Outputs};
 use tactus_common::can::{CanFrame, Mtu};
-use tactus_common::cyphal::{Header, NodeId, Priority, Sender, Session, SubjectId, received_bytes};
+use tactus_common::cyphal::{Header, Sender, Session, received_bytes};
 use tactus_common::limits::{PADS, PAYLOAD_BYTES_MAX};
-use tactus_common::link::{self, SMALL_BYTES};
+use tactus_common::link::{self, CONTROLLER, SMALL_BYTES, WORLD, priority, subject};
 use tactus_common::message::{
-    Command, Digest, DigestReport, Event, Heartbeat, Message, Phase, PlanAnswer, PlanRequest, RolloutRequest,
-    RolloutResult, SensorFrame, Setup, Status, TactileSlice, node,
+    Command, Digest, DigestReport, Event, EventKind, Heartbeat, Hello, Message, Phase, PlanAnswer, PlanRequest,
+    RolloutRequest, RolloutResult, SCHEMA_VERSION, SensorFrame, Setup, Status, TactileSlice,
 };
+use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::reading::TactileImage;
+use tactus_common::shape::ObjectShape;
 
 /// Ticks after which the transfer number of a periodic subject starts afresh: below 16 of its periods, so that a gap
 /// never makes fresh transfers look old.
@@ -18,26 +20,13 @@ const PERIODIC_TIMEOUT_TICKS: u64 = 15;
 const ANSWER_TIMEOUT_TICKS: u64 = 500;
 /// Ticks between two heartbeats: 1 Hz.
 const HEARTBEAT_PERIOD_TICKS: u32 = 500;
+/// Ticks after which the end of a mission is told again, for a world that has missed it: 10 Hz.
+const END_PERIOD_TICKS: u32 = 50;
+/// How far from the present tick a transfer's tick may lie, 2 s. What names another tick is not of this mission: a frame
+/// of somebody else under one of our identifiers, most likely.
+const REACH_TICKS: u32 = 1_000;
 const SMALL_RX_BYTES: usize = received_bytes(SMALL_BYTES, Mtu::Fd);
 const LARGE_RX_BYTES: usize = received_bytes(PAYLOAD_BYTES_MAX, Mtu::Fd);
-
-const fn subject<M: Message>() -> SubjectId {
-    match SubjectId::new(M::SUBJECT) {
-        Some(subject) => subject,
-        None => panic!("a subject has 13 bits"),
-    }
-}
-
-const fn id(value: u8) -> NodeId {
-    match NodeId::new(value) {
-        Some(id) => id,
-        None => panic!("a node id has 7 bits"),
-    }
-}
-
-fn priority<M: Message>() -> Priority {
-    Priority::ALL.get(usize::from(M::PRIORITY)).copied().unwrap_or(Priority::Nominal)
-}
 
 /// Frames and messages that were no use, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -48,10 +37,14 @@ pub struct NodeStats {
     pub bad_frames: u32,
     /// Whole transfers that did not decode.
     pub bad_payloads: u32,
+    /// Transfers whose tick lies too far from the present one, and set-ups of another version during a mission.
+    pub implausible: u32,
     /// Transfers that came after the tick at which they should have taken effect.
     pub late: u32,
     /// Transfers that never arrived whole, as later ones of their subject show.
     pub missed: u32,
+    /// Frames that bear this node's own id: another node of that id is on the bus.
+    pub twins: u32,
 }
 
 /// What waits for the tick at which it takes effect.
@@ -63,12 +56,19 @@ struct Pending {
     rollout: Option<RolloutResult>,
 }
 
+/// How a mission ended: what is told again and again, unhashed.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    event: Event,
+    report: DigestReport,
+}
+
 /// The controller with its end of the wire.
 #[derive(Clone, Debug)]
 pub struct Node {
     controller: Controller,
     mtu: Mtu,
-    sender: Sender<7>,
+    sender: Sender<8>,
     setup: Session<SMALL_RX_BYTES>,
     sensors: Session<SMALL_RX_BYTES>,
     tactile: Session<SMALL_RX_BYTES>,
@@ -80,13 +80,16 @@ pub struct Node {
     now: u32,
     /// Ticks since the start, missions before this one included: the time of the sessions, which must not run back.
     clock: u64,
-    reported: bool,
+    end: Option<End>,
+    /// The answer to the last sensor message, for a world that has missed it.
+    answer: Option<Command>,
+    foreign_version: Option<u64>,
     stats: NodeStats,
 }
 
 /// A session for the world's messages of one kind.
 fn session<M: Message, const BYTES: usize>(timeout_ticks: u64) -> Session<BYTES> {
-    Session::new(subject::<M>(), id(node::WORLD), timeout_ticks)
+    Session::new(subject::<M>(), WORLD, timeout_ticks)
 }
 
 impl Node {
@@ -96,7 +99,7 @@ impl Node {
             controller: Controller::default(),
             mtu,
             sender: Sender::new(
-                id(node::CONTROLLER),
+                CONTROLLER,
                 [
                     subject::<Command>(),
                     subject::<PlanRequest>(),
@@ -104,6 +107,7 @@ impl Node {
                     subject::<Status>(),
                     subject::<Event>(),
                     subject::<DigestReport>(),
+                    subject::<Hello>(),
                     subject::<Heartbeat>(),
                 ],
             ),
@@ -117,7 +121,9 @@ impl Node {
             ticks: 0,
             now: 0,
             clock: 0,
-            reported: false,
+            end: None,
+            answer: None,
+            foreign_version: None,
             stats: NodeStats::default(),
         }
     }
@@ -140,6 +146,34 @@ impl Node {
         NodeStats { missed, ..self.stats }
     }
 
+    /// No mission is under way: none has begun, or it has ended.
+    pub fn is_free(&self) -> bool {
+        self.ticks == 0 || self.end.is_some()
+    }
+
+    /// The end of the mission, as it was reported to the world: how, after how many ticks, with which digest.
+    pub fn end(&self) -> Option<(EventKind, DigestReport)> {
+        self.end.map(|end| (end.event.kind, end.report))
+    }
+
+    /// Schema version of the last set-up, if it was another than ours.
+    pub fn foreign_version(&self) -> Option<u64> {
+        self.foreign_version
+    }
+
+    /// Says that this node is there, with its version; for once a second of the caller's clock while no mission is
+    /// under way. `uptime_s`: seconds since the caller's start.
+    pub fn announce(&mut self, uptime_s: u32, send: &mut dyn FnMut(CanFrame)) {
+        self.transmit(&self.heartbeat(uptime_s), send);
+        self.transmit(&Hello { schema_version: SCHEMA_VERSION.to_le_bytes() }, send);
+    }
+
+    /// The world has been silent for longer than any of its transfers may take: whatever comes next is new.
+    pub fn forget_world(&mut self) {
+        self.setup = session::<Setup, _>(ANSWER_TIMEOUT_TICKS);
+        self.forget_transfers();
+    }
+
     /// Takes a frame from the bus. Where it completes a sensor message, the controller ticks and what it says is
     /// given to `send`, frame by frame. `true` if it ticked.
     pub fn receive(&mut self, frame: &CanFrame, send: &mut dyn FnMut(CanFrame)) -> bool {
@@ -147,15 +181,27 @@ impl Node {
             self.stats.foreign_frames = self.stats.foreign_frames.saturating_add(1);
             return false;
         };
+        if header.source == CONTROLLER {
+            self.stats.twins = self.stats.twins.saturating_add(1);
+            return false;
+        }
         let readings = match self.accept(&header, frame.data()) {
             Ok(readings) => readings,
             Err(()) => return false,
         };
         let Some(sensors) = readings else { return false };
         let readings = sensors.unpack();
-        // A second message for a tick that is over must not be taken for new.
+        // A second message for a tick that is over must not be taken for new; but who asks again about the last one has
+        // missed the answer.
         if self.ticks > 0 && readings.tick <= self.now {
             self.stats.late = self.stats.late.saturating_add(1);
+            if let Some(answer) = self.answer.filter(|_| readings.tick == self.now) {
+                self.transmit(&answer, send);
+            }
+            return false;
+        }
+        if !self.is_near(readings.tick) {
+            self.stats.implausible = self.stats.implausible.saturating_add(1);
             return false;
         }
         self.now = readings.tick;
@@ -174,6 +220,11 @@ impl Node {
         true
     }
 
+    /// Can a transfer that names this tick be meant for the mission under way?
+    fn is_near(&self, tick: u32) -> bool {
+        tick.abs_diff(self.now) <= REACH_TICKS
+    }
+
     /// A tick for which no sensor message came: the caller's clock says that it is due.
     pub fn silent_tick(&mut self, send: &mut dyn FnMut(CanFrame)) {
         self.now = self.now.saturating_add(1);
@@ -185,7 +236,7 @@ impl Node {
     /// Puts a frame where it belongs; a sensor message is returned.
     fn accept(&mut self, header: &Header, data: &[u8]) -> Result<Option<SensorFrame>, ()> {
         let now = self.clock;
-        let mut payload_ok = true;
+        let (mut payload_ok, mut plausible) = (true, true);
         let mut sensors = None;
         macro_rules! take {
             ($session:ident, $type:ty, $use:expr) => {
@@ -204,19 +255,42 @@ impl Node {
         }
         take!(sensors, SensorFrame, |m| sensors = Some(m));
         take!(tactile, TactileSlice, |m: TactileSlice| match m.unpack() {
-            Some(image) => {
+            Some(image) if self.is_near(m.effective()) => {
                 if let Some(slot) = self.pending.images.get_mut(usize::from(image.pad)) {
                     *slot = Some((m.effective(), image));
                 }
             }
+            Some(_) => plausible = false,
             None => payload_ok = false,
         });
-        take!(setup, Setup, |m| {
-            self.begin_afresh();
-            self.pending.setup = Some(m);
+        match self.setup.accept(header, data, now) {
+            Ok(Some(transfer)) => match setup_of(transfer.payload) {
+                Some((_, Some(_))) if !self.is_free() => plausible = false,
+                Some((setup, foreign_version)) => {
+                    self.foreign_version = foreign_version;
+                    self.begin_afresh();
+                    self.pending.setup = Some(setup);
+                }
+                None => payload_ok = false,
+            },
+            Ok(None) => {}
+            Err(_) => {
+                self.stats.bad_frames = self.stats.bad_frames.saturating_add(1);
+                return Err(());
+            }
+        }
+        take!(plan, PlanAnswer, |m: PlanAnswer| match self.is_near(m.effective) {
+            true => self.pending.plan = Some(m),
+            false => plausible = false,
         });
-        take!(plan, PlanAnswer, |m| self.pending.plan = Some(m));
-        take!(rollout, RolloutResult, |m| self.pending.rollout = Some(m));
+        take!(rollout, RolloutResult, |m: RolloutResult| match self.is_near(m.effective) {
+            true => self.pending.rollout = Some(m),
+            false => plausible = false,
+        });
+        if !plausible {
+            self.stats.implausible = self.stats.implausible.saturating_add(1);
+            return Err(());
+        }
         if !payload_ok {
             self.stats.bad_payloads = self.stats.bad_payloads.saturating_add(1);
             return Err(());
@@ -227,13 +301,18 @@ impl Node {
     /// A new mission, perhaps of a world that was started anew: its ticks and transfer numbers may begin at 0 again,
     /// and its digest is its own, whatever was before.
     fn begin_afresh(&mut self) {
+        self.forget_transfers();
+        self.digest = Digest::default();
+        (self.ticks, self.now, self.end, self.answer) = (0, 0, None, None);
+    }
+
+    /// Transfers under way, numbers of those before, and what waits for its tick, all but the set-up's.
+    fn forget_transfers(&mut self) {
         self.sensors = session::<SensorFrame, _>(PERIODIC_TIMEOUT_TICKS);
         self.tactile = session::<TactileSlice, _>(PERIODIC_TIMEOUT_TICKS);
         self.plan = session::<PlanAnswer, _>(ANSWER_TIMEOUT_TICKS);
         self.rollout = session::<RolloutResult, _>(ANSWER_TIMEOUT_TICKS);
         self.pending = Pending::default();
-        self.digest = Digest::default();
-        (self.ticks, self.now, self.reported) = (0, 0, false);
     }
 
     /// What takes effect at this tick, taken out of what waits, and hashed in order of subject.
@@ -290,9 +369,10 @@ impl Node {
         }
     }
 
-    /// Sends what a tick brought, in order of subject.
+    /// Hashes what a tick brought in order of subject. The command leaves last: who has it has everything of its tick.
     fn speak(&mut self, outputs: &Outputs, send: &mut dyn FnMut(CanFrame)) {
-        self.publish(&Command::pack(&outputs.commands), send);
+        let command = Command::pack(&outputs.commands);
+        self.hash(&command);
         if let Some(request) = &outputs.plan_request {
             self.publish(request, send);
         }
@@ -305,20 +385,37 @@ impl Node {
         for event in &outputs.events {
             self.publish(event, send);
         }
-        if !self.reported && self.controller.outcome().is_some() {
-            self.reported = true;
-            let report = DigestReport { ticks: self.ticks, digest: self.digest.0.to_le_bytes() };
-            self.transmit(&report, send);
-        }
+        self.report_end(outputs, send);
         if self.now.is_multiple_of(HEARTBEAT_PERIOD_TICKS) {
-            self.transmit(&self.heartbeat(), send);
+            self.transmit(&self.heartbeat(self.now / HEARTBEAT_PERIOD_TICKS), send);
+        }
+        self.answer = Some(command);
+        self.transmit(&command, send);
+    }
+
+    /// The digest at the end of the mission; from then on, end and digest again at their period.
+    fn report_end(&mut self, outputs: &Outputs, send: &mut dyn FnMut(CanFrame)) {
+        match self.end {
+            None => {
+                let finished = outputs.events.iter().find(|event| matches!(event.kind, EventKind::Finished(_)));
+                if let Some(event) = finished {
+                    let report = DigestReport { ticks: self.ticks, digest: self.digest.0.to_le_bytes() };
+                    self.end = Some(End { event: *event, report });
+                    self.transmit(&report, send);
+                }
+            }
+            Some(End { event, report }) if self.now.is_multiple_of(END_PERIOD_TICKS) => {
+                self.transmit(&event, send);
+                self.transmit(&report, send);
+            }
+            Some(_) => {}
         }
     }
 
-    fn heartbeat(&self) -> Heartbeat {
+    fn heartbeat(&self, uptime_s: u32) -> Heartbeat {
         let phase = self.controller.phase();
         Heartbeat {
-            uptime_s: (self.now / HEARTBEAT_PERIOD_TICKS).to_le_bytes(),
+            uptime_s: uptime_s.to_le_bytes(),
             health: if phase == Phase::Fault { 3 } else { 0 },
             mode: u8::from(phase == Phase::Initialise),
             vendor: phase as u8,
@@ -340,6 +437,26 @@ impl Node {
             frames.for_each(send);
         }
     }
+}
+
+/// A set-up, with its schema version if that is not ours: then nothing else in it can be relied upon, and what stands
+/// for it holds the version alone. `None` for bytes that are no set-up of any version.
+fn setup_of(payload: &[u8]) -> Option<(Setup, Option<u64>)> {
+    let schema_version = *payload.first_chunk::<8>()?;
+    let version = u64::from_le_bytes(schema_version);
+    if version == SCHEMA_VERSION {
+        return link::decode(payload).ok().map(|setup| (setup, None));
+    }
+    let setup = Setup {
+        schema_version,
+        shape: ObjectShape::Cuboid { half_extents_m: [0.0; 3] },
+        guess: PlanarPose::default(),
+        interval: Interval::default(),
+        displacement_m: [0.0; 2],
+        mass_kg: 0.0,
+        trials_max: 0,
+    };
+    Some((setup, Some(version)))
 }
 
 #[cfg(test)]

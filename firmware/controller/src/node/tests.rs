@@ -6,8 +6,9 @@ use super::*;
 use crate::testing::{BOX, Bench, home, plan, readings, rollout, setup};
 use proptest::prelude::*;
 use std::vec::Vec;
+use tactus_common::cyphal::NodeId;
 use tactus_common::limits::{ARM_JOINTS, PAD_CELLS};
-use tactus_common::message::{EventKind, Outcome, RefusalReason};
+use tactus_common::message::{EventKind, FaultReason, Outcome, RefusalReason};
 use tactus_common::reading::{HandCommand, JointReadings};
 
 /// A world at the other end of the wire: sends messages, hears what the node says.
@@ -38,14 +39,14 @@ struct Heard {
 }
 
 fn from_node<M: Message, const BYTES: usize>() -> Session<BYTES> {
-    Session::new(subject::<M>(), id(node::CONTROLLER), 0)
+    Session::new(subject::<M>(), CONTROLLER, 0)
 }
 
 impl World {
     fn new(mtu: Mtu) -> Self {
         Self {
             node: Node::new(mtu),
-            sender: sender(node::WORLD),
+            sender: sender(WORLD),
             mtu,
             heard: Heard::default(),
             command: from_node::<Command, _>(),
@@ -129,9 +130,9 @@ impl World {
     }
 }
 
-fn sender(source: u8) -> Sender<6> {
+fn sender(source: NodeId) -> Sender<6> {
     Sender::new(
-        id(source),
+        source,
         [
             subject::<Setup>(),
             subject::<SensorFrame>(),
@@ -183,14 +184,62 @@ fn a_sensor_frame_that_comes_twice_or_late_is_not_taken_for_new() {
         assert_eq!(world.node.stats().late, 2);
         assert_eq!(world.put(&first), 0, "the first transfer, behind newer ones");
         assert_eq!(world.stand(6), 1);
-        assert_eq!(world.heard.commands.len(), 2);
+        let answered: Vec<u32> = world.heard.commands.iter().map(|c| c.tick).collect();
+        assert_eq!(answered, [5, 5, 6], "who asks about the last tick again hears the same answer again");
+        assert_eq!(world.heard.commands[0], world.heard.commands[1]);
     }
+}
+
+#[test]
+fn what_names_a_tick_of_no_mission_under_way_is_counted_and_dropped() {
+    let mut world = World::new(Mtu::Fd);
+    world.send(&setup());
+    world.stand_for(0..10);
+    let before = world.node.digest();
+    assert_eq!(world.stand(70_000), 0);
+    world.send(&TactileSlice::pack(&image(0, 0), 1 << 31));
+    world.send(&PlanAnswer { effective: 5_000, request: 1, result: Err(RefusalReason::NoPath) });
+    world.send(&Setup { schema_version: [7; 8], ..setup() });
+    let stats = NodeStats { implausible: 4, ..NodeStats::default() };
+    assert_eq!((world.node.stats(), world.node.digest()), (stats, before));
+    assert_eq!(world.stand(10), 1, "the mission goes on");
+}
+
+#[test]
+fn a_set_up_of_another_version_whatever_else_it_holds_ends_in_a_fault_that_names_the_version() {
+    for length in [8, 10, 60] {
+        let mut world = World::new(Mtu::Fd);
+        let frames = world.raw::<Setup>(&std::vec![3; length]);
+        world.put(&frames);
+        world.stand(0);
+        assert_eq!(world.node.controller().outcome(), Some(Outcome::Fault(FaultReason::SchemaMismatch)));
+        assert_eq!(world.node.foreign_version(), Some(u64::from_le_bytes([3; 8])));
+        assert!(world.node.is_free());
+    }
+}
+
+#[test]
+fn a_frame_with_the_nodes_own_id_tells_of_a_twin() {
+    let mut world = World::new(Mtu::Fd);
+    world.sender = sender(CONTROLLER);
+    world.stand(0);
+    assert_eq!(world.node.stats(), NodeStats { twins: 1, ..NodeStats::default() });
+}
+
+#[test]
+fn a_node_without_a_mission_says_that_it_is_there_and_in_which_version() {
+    let mut said = Vec::new();
+    Node::new(Mtu::Classic).announce(7, &mut |frame| said.push(frame));
+    let subjects: Vec<_> = said.iter().map(|f| Header::of(f).expect("ours").subject).collect();
+    assert_eq!(subjects[0], subject::<Heartbeat>());
+    assert!(subjects[1..].iter().all(|s| *s == subject::<Hello>()) && said.len() > 1);
+    assert_eq!(said[0].data()[..4], 7_u32.to_le_bytes());
 }
 
 #[test]
 fn what_another_node_says_on_our_subjects_is_passed_over() {
     let mut world = World::new(Mtu::Fd);
-    world.sender = sender(77);
+    world.sender = sender(NodeId::new(77).unwrap());
     assert_eq!(world.send(&setup()) + world.stand(0), 0);
     assert_eq!((world.node.stats(), world.heard.frames), (NodeStats::default(), 0));
 }
@@ -209,7 +258,7 @@ fn payloads_that_do_not_decode_are_counted_and_harm_nothing() {
     let mut world = World::new(Mtu::Fd);
     let bad: [Vec<CanFrame>; 6] = [
         world.raw::<SensorFrame>(&[0; 20]),
-        world.raw::<Setup>(&[0xff; 10]),
+        world.raw::<Setup>(&[0xff; 7]),
         world.raw::<PlanAnswer>(&[0xff; 40]),
         world.raw::<RolloutResult>(&[0, 0, 7]),
         world.raw::<TactileSlice>(&[1, 2, 3]),
@@ -323,7 +372,7 @@ fn the_digest_does_not_depend_on_the_frame_format_nor_on_what_came_before_the_mi
     used.stand_for(0..700);
     assert_eq!(run(&mut used), fresh, "after a run without a mission");
     // A world that was started anew: its transfer numbers begin at 0 again.
-    used.sender = sender(node::WORLD);
+    used.sender = sender(WORLD);
     (0..600).for_each(|_| used.silence());
     assert_eq!(run(&mut used), fresh, "after a mission");
 }
@@ -333,7 +382,7 @@ fn a_world_that_starts_anew_is_followed_from_its_first_tick() {
     let mut world = World::new(Mtu::Fd);
     world.send(&setup());
     world.stand_for(0..1_000);
-    world.sender = sender(node::WORLD);
+    world.sender = sender(WORLD);
     world.send(&setup());
     for tick in 0..100 {
         assert_eq!(world.stand(tick), 1, "tick {tick}");
@@ -363,7 +412,7 @@ fn a_heartbeat_tells_once_a_second_how_the_node_is() {
 }
 
 #[test]
-fn a_whole_mission_over_frames_ends_with_one_report_of_its_digest() {
+fn a_whole_mission_over_frames_ends_with_a_report_of_its_digest_that_is_repeated_unchanged() {
     let mut world = World::new(Mtu::Fd);
     let mut bench = Bench::default();
     world.send(&setup());
@@ -389,10 +438,10 @@ fn a_whole_mission_over_frames_ends_with_one_report_of_its_digest() {
     assert_eq!(world.heard.digests[0].digest, world.node.digest().0.to_le_bytes());
     assert_eq!(world.heard.digests[0].ticks, ticks);
     assert_eq!(world.node.stats(), NodeStats::default());
-    for tick in ticks..ticks + 10 {
+    for tick in ticks..ticks + 100 {
         world.sense(&bench.readings(tick));
     }
-    assert_eq!(world.heard.digests.len(), 1);
+    assert_eq!(world.heard.digests, [world.heard.digests[0]; 3], "every 50 ticks");
 }
 
 proptest! {
@@ -418,7 +467,7 @@ proptest! {
             let subject = [Setup::SUBJECT, SensorFrame::SUBJECT, TactileSlice::SUBJECT, PlanAnswer::SUBJECT, RolloutResult::SUBJECT];
             // Mostly identifiers that the node listens to.
             let id = match subject.get(usize::from(*kind)) {
-                Some(subject) => 1 << 26 | 0b11 << 21 | u32::from(*subject) << 8 | u32::from(node::WORLD),
+                Some(subject) => 1 << 26 | 0b11 << 21 | u32::from(*subject) << 8 | u32::from(WORLD.get()),
                 None => bits & tactus_common::can::ID_MAX,
             };
             let len = (0..=data.len()).rev().find(|n| mtu.frame_bytes(*n) == Some(*n)).unwrap_or(0);

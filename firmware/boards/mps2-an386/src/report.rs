@@ -1,0 +1,48 @@
+//! What the image has measured of itself, told to the emulator by semihosting.
+
+use crate::{clock, uart};
+use cortex_m_semihosting::hprintln;
+use tactus_shell::meter::Meter;
+use tactus_shell::shell::Shell;
+
+/// Value of stack that was never used, as `cortex-m-rt` paints it.
+const PAINT: u32 = 0xcccc_cccc;
+/// Passes through a loop of two instructions, see `cortex_m::asm::delay`.
+const CALIBRATION_LOOPS: u32 = 500_000;
+
+/// Runs a known number of instructions and says how many counts of the clock they took.
+pub fn calibration() {
+    let begun = clock::counts();
+    cortex_m::asm::delay(CALIBRATION_LOOPS);
+    let counts = clock::counts().wrapping_sub(begun);
+    hprintln!("tactus: calibration instructions={} counts={}", 2 * CALIBRATION_LOOPS, counts);
+}
+
+/// Bytes of stack that were used since the start, and that there are.
+fn stack() -> (usize, usize) {
+    unsafe extern "C" {
+        static mut _stack_end: u32;
+        static mut _stack_start: u32;
+    }
+    let (low, high) = (&raw const _stack_end, &raw const _stack_start);
+    let words = (high as usize - low as usize) / size_of::<u32>();
+    // SAFETY: the linker's symbols bound the stack region (memory.x), which is readable as words throughout.
+    let unused = (0..words).take_while(|&word| unsafe { low.add(word).read_volatile() } == PAINT).count();
+    ((words - unused) * size_of::<u32>(), words * size_of::<u32>())
+}
+
+/// At the end of a mission.
+pub fn mission(shell: &Shell, meter: &Meter) {
+    let (used, there) = stack();
+    hprintln!(
+        "tactus: mission digest={:016x} ticks={} worst_counts={} worst_tick={} mean_counts={} stack={} of={} lost={}",
+        shell.node().digest().0,
+        meter.ticks,
+        meter.worst,
+        meter.worst_at,
+        meter.mean(),
+        used,
+        there,
+        uart::RECEIVED.lost()
+    );
+}
