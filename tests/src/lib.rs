@@ -12,10 +12,10 @@
 //! A recorded mission costs seconds once; a rig plays it in a fraction of one and can be cloned at any tick. So a fault
 //! can be injected into every phase.
 
-pub mod emulator;
 pub mod can_bench;
 pub mod candump;
 pub mod eavesdropper;
+pub mod emulator;
 pub mod process;
 pub mod program;
 pub mod recording;
