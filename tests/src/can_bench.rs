@@ -108,12 +108,7 @@ impl Witness {
     /// If it saw that it missed some.
     pub fn end(mut self) -> Vec<CanFrame> {
         std::thread::sleep(Duration::from_millis(300));
-        self.process.interrupt();
-        let started = Instant::now();
-        while !self.process.has_ended() {
-            assert!(started.elapsed() < SOON, "candump does not end");
-            std::thread::sleep(Duration::from_millis(10));
-        }
+        self.process.interrupt(SOON);
         assert_eq!(self.process.lines(), Vec::<String>::new(), "candump misses nothing");
         let log = std::fs::read_to_string(&self.log).expect("candump wrote its log");
         let _ = std::fs::remove_file(&self.log);
