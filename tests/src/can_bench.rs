@@ -7,6 +7,7 @@ use crate::program::{self, Profile};
 use serde_json::Value;
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 use tactus_common::can::CanFrame;
 use tactus_common::message::Phase;
@@ -55,6 +56,15 @@ pub fn in_process(args: &[&str]) -> Value {
     let (summary, ran) = program::summary(Profile::Release, &[&["run", "--quiet"], args].concat());
     assert_eq!(ran.status, 0, "{}", ran.stderr);
     summary
+}
+
+/// The digest of the [`SHORT`] mission in one process, in hexadecimal digits.
+///
+/// # Panics
+/// If the mission fails.
+pub fn short_digest() -> &'static str {
+    static DIGEST: OnceLock<String> = OnceLock::new();
+    DIGEST.get_or_init(|| in_process(&SHORT)["digest"].as_str().expect("a digest").to_owned())
 }
 
 /// The summary of a mission in two processes.
