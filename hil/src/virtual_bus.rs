@@ -144,6 +144,11 @@ impl VirtualBus {
         self.now_ns
     }
 
+    /// Frame format in which to send.
+    pub fn mtu(&self) -> Mtu {
+        self.config.mtu
+    }
+
     /// Access for endpoint `index`.
     ///
     /// # Panics

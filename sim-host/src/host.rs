@@ -1,47 +1,63 @@
-//! The world's end of the wire, in lockstep: sensors out, command in, one tick on; plans and rollouts in between.
+//! The world's end of the wire: sensors out, command in, one tick on; plans and rollouts in between.
 
-use crate::hooks::{Hooks, To};
-use crate::mental::{Closing, MentalModel, RolloutInput};
+use crate::advisor::{Advisor, Question, Reply};
+use crate::desk::Desk;
 use crate::mission::{Progressed, planar};
-use crate::plan::{ObjectEstimate, PlanQuery, PlanRefusal, Planner, PlannerConfig, Purpose as PlanPurpose};
-use crate::world::{HandStart, World};
-use std::time::Instant;
-use tactus_common::can::{CanFrame, Mtu};
-use tactus_common::cyphal::{Header, NodeId, Priority, Sender, Session, SubjectId, received_bytes};
-use tactus_common::limits::{FINGERS, PAYLOAD_BYTES_MAX, SILENCE_TICKS_MAX};
-use tactus_common::link::{self, SMALL_BYTES};
+use crate::post::{Heard, Post};
+use crate::wire::{Wire, WireStats};
+use crate::world::World;
+use std::time::{Duration, Instant};
+use tactus_common::limits::{SILENCE_TICKS_MAX, TICK_US};
 use tactus_common::message::{
-    Command, Event, EventKind, Message, Outcome, Phase, PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS,
-    ROLLOUT_TICKS, RefusalReason, RolloutRequest, RolloutResult, SensorFrame, Setup, Status, TactileSlice, node,
+    DigestReport, Event, EventKind, Message, Outcome, Phase, SensorFrame, Setup, TactileSlice,
 };
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::JointCommands;
-use tactus_common::robot::hand::HandAngles;
-use tactus_common::robot::{FINGER_LIMIT, arm, source};
-use tactus_controller::node::Node;
-use tactus_hil::bus::Bus;
-use tactus_hil::virtual_bus::{VirtualBus, VirtualBusConfig};
 
 /// Ticks after which a mission is called off: 180 s.
 const TICKS_MAX: u32 = 90_000;
 /// Ticks that go on after the end, for the object to come to rest: 0.5 s.
 const REST_TICKS: u32 = 250;
-/// Height above the goal from which a touch or a grasp comes straight down, metres.
-const APPROACH_M: f32 = 0.10;
-/// Height to which the object is lifted, metres.
-const LIFT_M: f32 = 0.06;
-const SMALL_RX_BYTES: usize = received_bytes(SMALL_BYTES, Mtu::Fd);
-/// Places on the virtual bus.
-const WORLD: usize = 0;
-const CONTROLLER: usize = 1;
+/// Ticks that go on after the controller was lost, for the drives to let go and the arm to come down: 2 s.
+const ABANDONED_TICKS: u32 = 1_000;
+/// Time after which a tick's readings are sent again if there is no answer; lockstep on a live bus.
+const REPEAT: Duration = Duration::from_millis(50);
+/// Ticks by which the controller must have taken its set-up, and how often it is sent again.
+const SETUP_TICKS: u32 = 50;
+const SETUPS_MAX: u32 = 3;
+/// In real time an answer takes effect this much later than it is sent, so that it has arrived: 50 ms.
+const ANSWER_TICKS: u32 = 25;
+
+/// What makes the ticks come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pace {
+    /// The world waits for the controller, and the controller for the world.
+    #[default]
+    Lockstep,
+    /// The clock: a tick every 2 ms, whether the controller has answered or not.
+    Realtime,
+}
+
+/// The controller stopped answering.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lost {
+    /// First tick without a command.
+    pub tick: u32,
+    /// The phase in which the mission was.
+    pub phase: Phase,
+}
 
 /// What a mission came to, as seen from the world's end of the wire.
 #[derive(Clone, Debug, Default)]
 pub struct HostEnd {
     /// How it ended.
     pub outcome: Option<Outcome>,
-    /// The controller's digest.
-    pub digest: u64,
+    /// The controller stopped answering.
+    pub lost: Option<Lost>,
+    /// Tick at which the drives let go for want of commands.
+    pub released: Option<u32>,
+    /// Digest of the mission and the ticks it covers, as the controller reported them with the end.
+    pub digest: Option<DigestReport>,
     /// Belief at the update that led to the grasp, or the last.
     pub believed: PlanarPose,
     /// Its covariance.
@@ -52,37 +68,16 @@ pub struct HostEnd {
     pub trials: u32,
     /// Error evaluations.
     pub evaluations: u32,
-    /// Wall time of the controller's ticks in each update of its belief, seconds.
+    /// Wall time of the controller's answers during each update of its belief, seconds.
     pub update_times_s: Vec<f64>,
+    /// Wall time of each answer, microseconds.
+    pub answer_times_us: Vec<f32>,
     /// Ticks.
     pub ticks: u32,
-    /// Frames on the bus.
-    pub bus_frames: u64,
-    /// Highest bus load.
-    pub bus_load_max: f32,
-    /// Frames lost in queues.
-    pub bus_lost: u64,
+    /// What the wire carried.
+    pub wire: WireStats,
     /// Ticks for which no command came.
     pub deadline_misses: u32,
-}
-
-/// Subscriptions of the world.
-struct Subscriptions {
-    command: Session<SMALL_RX_BYTES>,
-    plan: Session<SMALL_RX_BYTES>,
-    rollout: Session<SMALL_RX_BYTES>,
-    event: Session<SMALL_RX_BYTES>,
-    status: Session<SMALL_RX_BYTES>,
-}
-
-/// What came from the controller in answer to one tick.
-#[derive(Default)]
-struct Heard {
-    command: Option<JointCommands>,
-    plan: Option<PlanRequest>,
-    rollout: Option<RolloutRequest>,
-    events: Vec<Event>,
-    status: Option<Status>,
 }
 
 /// What the drives do with commands, and without: as motor controllers do, they go on with the last one for a
@@ -94,9 +89,9 @@ struct Drives {
 }
 
 impl Drives {
-    /// The command to act on at `tick`. One that answers another tick is as good as none.
+    /// The command to act on at `tick`.
     fn follow(&mut self, heard: Option<JointCommands>, tick: u32) -> JointCommands {
-        match heard.filter(|c| c.tick == tick) {
+        match heard {
             Some(commands) => {
                 self.last = commands;
                 self.missed = 0;
@@ -106,83 +101,47 @@ impl Drives {
                 self.missed_in_all += 1;
             }
         }
-        if self.missed >= SILENCE_TICKS_MAX { JointCommands::idle(tick) } else { self.last }
+        if self.has_let_go() { JointCommands::idle(tick) } else { self.last }
+    }
+
+    fn has_let_go(&self) -> bool {
+        self.missed >= SILENCE_TICKS_MAX
     }
 }
 
-/// A world, a planner and a mental world at one end of a bus; the controller at the other.
+/// A world and an advisor at one end of a wire; the controller at the other.
 pub struct Host {
     world: World,
-    planner: Planner,
-    mental: MentalModel,
+    desk: Desk,
     setup: Setup,
-    bus: VirtualBus,
-    node: Node,
-    sender: Sender<5>,
-    subscriptions: Subscriptions,
+    setups: u32,
+    pace: Pace,
+    post: Post,
     drives: Drives,
-    hooks: Hooks,
+    phase: Phase,
     /// Wall time of the update under way, seconds.
     updating_s: f64,
     end: HostEnd,
 }
 
-fn subject<M: Message>() -> SubjectId {
-    SubjectId::new(M::SUBJECT).expect("subjects are 13-bit constants")
-}
-
-fn priority<M: Message>() -> Priority {
-    Priority::ALL[usize::from(M::PRIORITY)]
-}
-
-fn id(value: u8) -> NodeId {
-    NodeId::new(value).expect("node ids are 7-bit constants")
-}
-
 impl Host {
-    /// A mission about to begin, on a virtual CAN FD bus.
+    /// A mission about to begin.
     ///
     /// # Errors
     /// The planner cannot use the robot description.
-    pub fn new(world: World, setup: Setup) -> anyhow::Result<Self> {
-        let controller = id(node::CONTROLLER);
+    pub fn new(world: World, setup: Setup, pace: Pace) -> anyhow::Result<Self> {
         Ok(Self {
             world,
-            planner: Planner::new(&urdf_rs::read_from_string(source::URDF)?, PlannerConfig::default())?,
-            mental: MentalModel::new()?,
+            desk: Desk::new(Advisor::new(setup.shape)?),
             setup,
-            bus: VirtualBus::new(2, VirtualBusConfig::FD),
-            node: Node::new(Mtu::Fd),
-            sender: Sender::new(
-                id(node::WORLD),
-                [
-                    subject::<Setup>(),
-                    subject::<SensorFrame>(),
-                    subject::<TactileSlice>(),
-                    subject::<PlanAnswer>(),
-                    subject::<RolloutResult>(),
-                ],
-            ),
-            subscriptions: Subscriptions {
-                command: Session::new(subject::<Command>(), controller, 15),
-                plan: Session::new(subject::<PlanRequest>(), controller, 15),
-                rollout: Session::new(subject::<RolloutRequest>(), controller, 15),
-                event: Session::new(subject::<Event>(), controller, 1),
-                status: Session::new(subject::<Status>(), controller, 500),
-            },
+            setups: 1,
+            pace,
+            post: Post::default(),
             drives: Drives { last: JointCommands::idle(0), missed: 0, missed_in_all: 0 },
-            hooks: Hooks::NONE,
+            phase: Phase::Initialise,
             updating_s: 0.0,
             end: HostEnd::default(),
         })
-    }
-
-    /// With someone at the wire; before [`Host::run`].
-    #[must_use]
-    pub fn with_hooks(mut self, hooks: Hooks) -> Self {
-        self.bus = VirtualBus::new(2, VirtualBusConfig { faults: hooks.faults, ..VirtualBusConfig::FD });
-        self.hooks = hooks;
-        self
     }
 
     /// The world.
@@ -190,143 +149,151 @@ impl Host {
         &self.world
     }
 
-    /// Runs the mission to its end.
+    /// Runs the mission to its end, with the controller at the other end of `wire`, which waits for one.
     ///
     /// # Errors
-    /// The simulation broke down, or a message did not get through.
-    pub fn run(&mut self, show: &mut dyn FnMut(&Progressed)) -> anyhow::Result<HostEnd> {
+    /// The simulation broke down, or the bus did.
+    pub fn run(&mut self, wire: &mut dyn Wire, show: &mut dyn FnMut(&Progressed)) -> anyhow::Result<HostEnd> {
         let setup = self.setup;
-        self.send(&setup)?;
-        // Whatever takes effect at a tick must have arrived before that tick's readings, on any bus: readings have the
-        // higher priority, so they must not wait beside it.
-        self.bus.run_until_idle();
-        let mut rest = None;
+        self.send(wire, &setup)?;
+        let started = Instant::now();
+        let mut left = None;
         for tick in 0..TICKS_MAX {
-            let heard = self.exchange(tick)?;
-            for event in &heard.events {
-                self.note(event);
-                show(&Progressed::Event(*event));
-            }
-            if let Some(status) = heard.status {
-                show(&Progressed::Status(status));
-            }
-            if self.end.outcome.is_some() {
-                let left = *rest.get_or_insert(REST_TICKS);
-                if left == 0 {
-                    break;
+            // What takes effect at a tick must have arrived before that tick's readings.
+            wire.settle();
+            let due = started + Duration::from_micros(u64::from(TICK_US)) * (tick + 1);
+            let mut heard = Heard::default();
+            if self.end.lost.is_none() {
+                heard = self.exchange(wire, tick, due)?;
+                if let Some(lost) = self.end.lost {
+                    show(&Progressed::Lost(lost));
                 }
-                rest = Some(left - 1);
             }
-            if let Some(request) = &heard.plan {
-                let answer = self.plan(request, tick + 1);
-                self.send(&answer)?;
-            }
-            if let Some(request) = &heard.rollout {
-                let answer = self.rollout(request, tick + 1);
-                self.send(&answer)?;
-            }
-            self.bus.run_until_idle();
+            self.take(&heard, show);
+            self.call_again(wire, &heard, tick)?;
+            left = match left {
+                None if self.end.lost.is_some() => Some(ABANDONED_TICKS),
+                None if self.end.outcome.is_some() => Some(REST_TICKS),
+                Some(0) => break,
+                left => left.map(|left| left - 1),
+            };
+            self.advise(wire, &heard, tick)?;
             let commands = self.drives.follow(heard.command, tick);
+            if self.drives.has_let_go() {
+                self.end.released.get_or_insert(tick);
+            }
+            if self.pace == Pace::Realtime {
+                std::thread::sleep(due.saturating_duration_since(Instant::now()));
+            }
             self.world.tick(&commands)?;
             self.end.ticks = tick + 1;
         }
-        let stats = self.bus.stats();
-        self.end.bus_frames = stats.frames;
-        self.end.bus_load_max = stats.load_max as f32;
-        self.end.bus_lost = [WORLD, CONTROLLER]
-            .map(|e| self.bus.endpoint_stats(e))
-            .iter()
-            .map(|s| s.rejected + s.overrun + s.lost)
-            .sum();
+        wire.settle();
+        self.end.wire = wire.stats();
         self.end.deadline_misses = self.drives.missed_in_all;
-        self.end.digest = self.node.digest().0;
         Ok(self.end.clone())
     }
 
     /// One tick's readings to the controller, what it says back to here.
-    fn exchange(&mut self, tick: u32) -> anyhow::Result<Heard> {
+    fn exchange(&mut self, wire: &mut dyn Wire, tick: u32, due: Instant) -> anyhow::Result<Heard> {
         if let Some(image) = self.world.tactile() {
-            // It follows the readings of this tick on the wire, so it takes effect at the next.
-            self.send(&TactileSlice::pack(&image, tick + 1))?;
+            // Where the wire sends by priority, it follows the readings of this tick: it takes effect at the next.
+            self.send(wire, &TactileSlice::pack(&image, tick + 1))?;
         }
         let frame = SensorFrame::pack(&self.world.readings());
-        self.send(&frame)?;
-        // Periods begin on the bus's own clock, so that its load is that of a bus at 500 Hz.
-        self.bus.advance_to(u64::from(tick) * u64::from(tactus_common::limits::TICK_US) * 1_000);
-        self.bus.run_until_idle();
-        self.run_controller()?;
-        self.bus.run_until_idle();
-        Ok(self.listen(tick))
+        self.send(wire, &frame)?;
+        wire.begin_period(tick);
+        let mut heard = Heard::default();
+        let asked = Instant::now();
+        loop {
+            let until = match self.pace {
+                Pace::Realtime => due,
+                Pace::Lockstep => Instant::now() + REPEAT.min(wire.patience()),
+            };
+            let answered = wire.answer(tick, until, &mut |frame| self.post.hear(frame, tick, &mut heard))?;
+            if answered.complete || self.pace == Pace::Realtime || asked.elapsed() >= wire.patience() {
+                self.time(answered.took);
+                break;
+            }
+            // Readings or command were lost on the way: the controller answers the same again.
+            self.send(wire, &frame)?;
+        }
+        let waited_in_vain = heard.command.is_none() && asked.elapsed() >= wire.patience();
+        let silent_for = Duration::from_micros(u64::from(TICK_US)) * self.drives.missed;
+        if !wire.patience().is_zero() && (waited_in_vain || silent_for >= wire.patience()) {
+            self.end.lost = Some(Lost { tick: tick - self.drives.missed, phase: self.phase });
+        }
+        Ok(heard)
     }
 
-    /// Lets the controller take what has arrived, and puts what it says on the bus.
-    fn run_controller(&mut self) -> anyhow::Result<()> {
-        let updating = self.node.controller().phase() == Phase::Update;
-        let started = Instant::now();
-        let mut said: Vec<CanFrame> = Vec::new();
-        let mut ticked = false;
-        while let Some(received) = self.bus.endpoint(CONTROLLER).receive() {
-            for frame in self.hooks.pass(self.world.now(), To::Controller, received.frame) {
-                ticked |= self.node.receive(&frame, &mut |frame| said.push(frame));
+    fn time(&mut self, took: Duration) {
+        self.end.answer_times_us.push(took.as_secs_f32() * 1e6);
+        if self.phase == Phase::Update {
+            self.updating_s += took.as_secs_f64();
+        }
+    }
+
+    /// Keeps and shows what the controller told of itself.
+    fn take(&mut self, heard: &Heard, show: &mut dyn FnMut(&Progressed)) {
+        for event in &heard.events {
+            if let (EventKind::Finished(_), Some(_)) = (event.kind, self.end.outcome) {
+                continue;
             }
+            self.note(event, heard.digest);
+            show(&Progressed::Event(*event));
         }
-        if !ticked {
-            // The period is over and no sensor message has come.
-            self.node.silent_tick(&mut |frame| said.push(frame));
+        if let Some(status) = heard.status {
+            show(&Progressed::Status(status));
         }
-        if updating {
-            self.updating_s += started.elapsed().as_secs_f64();
-        }
-        for frame in said {
-            self.bus.endpoint(CONTROLLER).send(frame)?;
+    }
+
+    /// A controller that has not begun its mission has not got its set-up: here it is again.
+    fn call_again(&mut self, wire: &mut dyn Wire, heard: &Heard, tick: u32) -> anyhow::Result<()> {
+        let idle = heard.status.is_some_and(|status| status.phase == Phase::Initialise);
+        if idle && tick >= SETUP_TICKS && self.setups < SETUPS_MAX {
+            self.setups += 1;
+            let setup = self.setup;
+            self.send(wire, &setup)?;
         }
         Ok(())
     }
 
-    /// Takes what has arrived from the controller.
-    fn listen(&mut self, tick: u32) -> Heard {
-        let mut heard = Heard::default();
-        let now = u64::from(tick);
-        let mut frames = Vec::new();
-        while let Some(received) = self.bus.endpoint(WORLD).receive() {
-            frames.extend(self.hooks.pass(tick, To::World, received.frame));
-        }
-        for frame in &frames {
-            let Ok(header) = Header::parse(frame.id()) else { continue };
-            let data = frame.data();
-            let s = &mut self.subscriptions;
-            // What does not decode is as good as not sent: the drives and the controller's own time limits see to it.
-            if let Ok(Some(t)) = s.command.accept(&header, data, now) {
-                heard.command = link::decode::<Command>(t.payload).ok().and_then(|c| c.unpack());
+    /// Answers questions: in lockstep before the next tick, else when the answer is ready.
+    fn advise(&mut self, wire: &mut dyn Wire, heard: &Heard, tick: u32) -> anyhow::Result<()> {
+        let questions = heard.plan.map(Question::Plan).into_iter().chain(heard.rollout.map(Question::Rollout));
+        questions.for_each(|question| self.desk.ask(question));
+        match self.pace {
+            Pace::Lockstep => {
+                while self.desk.has_questions() {
+                    let (desk, mut reply) = (&mut self.desk, None);
+                    wire.busy(&mut || reply = desk.answer_now(tick + 1));
+                    let Some(reply) = reply else { break };
+                    self.reply(wire, &reply)?;
+                }
             }
-            if let Ok(Some(t)) = s.plan.accept(&header, data, now) {
-                heard.plan = link::decode(t.payload).ok();
-            }
-            if let Ok(Some(t)) = s.rollout.accept(&header, data, now) {
-                heard.rollout = link::decode(t.payload).ok();
-            }
-            if let Ok(Some(t)) = s.status.accept(&header, data, now) {
-                heard.status = link::decode(t.payload).ok();
-            }
-            if let Ok(Some(t)) = s.event.accept(&header, data, now) {
-                heard.events.extend(link::decode::<Event>(t.payload).ok());
+            Pace::Realtime => {
+                if let Some(reply) = self.desk.poll(tick + ANSWER_TICKS) {
+                    self.reply(wire, &reply)?;
+                }
             }
         }
-        heard
+        Ok(())
+    }
+
+    fn reply(&mut self, wire: &mut dyn Wire, reply: &Reply) -> anyhow::Result<()> {
+        match reply {
+            Reply::Plan(answer) => self.send(wire, answer),
+            Reply::Rollout(result) => self.send(wire, result),
+        }
     }
 
     /// Puts a message on the bus.
-    fn send<M: Message>(&mut self, message: &M) -> anyhow::Result<()> {
-        let mut buffer = [0; PAYLOAD_BYTES_MAX];
-        let bytes = link::encode(message, &mut buffer)?;
-        for frame in self.sender.send(subject::<M>(), priority::<M>(), bytes, Mtu::Fd)? {
-            self.bus.endpoint(WORLD).send(frame)?;
-        }
-        Ok(())
+    fn send<M: Message>(&mut self, wire: &mut dyn Wire, message: &M) -> anyhow::Result<()> {
+        self.post.send(message, wire.mtu(), |frame| wire.send(frame))
     }
 
     /// Keeps what the report needs.
-    fn note(&mut self, event: &Event) {
+    fn note(&mut self, event: &Event, digest: Option<DigestReport>) {
         match event.kind {
             EventKind::Touch { .. } => self.end.trials += 1,
             EventKind::Updated { belief, covariance, evaluations, .. } => {
@@ -336,102 +303,12 @@ impl Host {
                 self.end.covariance = covariance;
                 self.end.truth_then = planar(&self.world.object_pose());
             }
-            EventKind::Finished(outcome) => self.end.outcome = Some(outcome),
-            EventKind::Phase(_) | EventKind::Contact { .. } | EventKind::Confirmed(_) | EventKind::Refused(_) => {}
-        }
-    }
-
-    /// Asks the planner.
-    fn plan(&mut self, request: &PlanRequest, effective: u32) -> PlanAnswer {
-        let shape = self.setup.shape;
-        let displaced = |mut pose: nalgebra::Isometry3<f32>| {
-            pose.translation.x += request.displacement_m[0];
-            pose.translation.y += request.displacement_m[1];
-            pose
-        };
-        let above = request.placement.world_from_hand(&request.belief, &shape);
-        let (goal, next) = match request.purpose {
-            Purpose::Touch => (above, None),
-            Purpose::Grasp => (above, Some(displaced(above))),
-            Purpose::Transport | Purpose::Retreat => (displaced(arm::hand_pose(&request.start_q_rad)), None),
-        };
-        let purpose = match request.purpose {
-            Purpose::Touch => PlanPurpose::Touch,
-            Purpose::Grasp => PlanPurpose::Grasp,
-            Purpose::Transport => PlanPurpose::Transport,
-            Purpose::Retreat => PlanPurpose::Retreat,
-        };
-        let approach_height_m = if request.purpose == Purpose::Transport { LIFT_M } else { APPROACH_M };
-        let query = PlanQuery {
-            request: request.request,
-            purpose,
-            start_q_rad: request.start_q_rad,
-            hand_angles: HandAngles::engaged(request.preshape.inner_rad, request.preshape.spread_rad),
-            goal_world_from_hand: goal,
-            approach_height_m,
-            object: Some(object_estimate(request, &shape)),
-            next_world_from_hand: next,
-        };
-        let result = self.planner.plan(&query).map_err(reason);
-        PlanAnswer { effective, request: request.request, result }
-    }
-
-    /// Asks the mental world. A pose that it cannot roll out (off the table, say) is answered as one at which nothing
-    /// would be felt.
-    fn rollout(&self, request: &RolloutRequest, effective: u32) -> RolloutResult {
-        let input = RolloutInput {
-            world_from_hand: arm::hand_pose(&request.arm_q_rad),
-            start: HandStart { inner_rad: request.preshape.inner_rad, spread_rad: request.preshape.spread_rad },
-            closing: Closing::Together,
-            speed_rad_s: request.closing_rad_s,
-            stop_at_rad: FINGER_LIMIT.upper_rad,
-            ticks: ROLLOUT_TICKS,
-            object: request.pose,
-            half_extents_m: self.setup.shape.half_extents_m(),
-        };
-        let mut result = RolloutResult {
-            effective,
-            request: request.request,
-            onset_inner_rad: [None; FINGERS],
-            contacts: [0; ROLLOUT_INSTANTS],
-        };
-        if let Ok(foretold) = self.mental.rollout(&input) {
-            result.onset_inner_rad = foretold.onset_rad;
-            for (i, bits) in result.contacts.iter_mut().enumerate() {
-                // A rollout that ends early stays as it ended.
-                let at = (i + 1) * ROLLOUT_TICKS as usize / ROLLOUT_INSTANTS - 1;
-                *bits = foretold.samples.get(at).or(foretold.samples.last()).map_or(0, |s| s.contacts);
+            EventKind::Finished(outcome) => {
+                self.end.outcome = Some(outcome);
+                self.end.digest = digest;
             }
+            EventKind::Phase(phase) => self.phase = phase,
+            EventKind::Contact { .. } | EventKind::Confirmed(_) | EventKind::Refused(_) => {}
         }
-        result
-    }
-}
-
-/// The believed object, grown by its uncertainty.
-fn object_estimate(request: &PlanRequest, shape: &tactus_common::shape::ObjectShape) -> ObjectEstimate {
-    let [xx, xy, _, yy, _, pp] = request.covariance;
-    let (s, c) = libm::sincosf(request.belief.phi_rad);
-    // Variances along the object's own axes.
-    let along = c * c * xx + 2.0 * s * c * xy + s * s * yy;
-    let across = s * s * xx - 2.0 * s * c * xy + c * c * yy;
-    let sd = |v: f32| libm::sqrtf(v.max(0.0));
-    ObjectEstimate::with_sigma(
-        shape.half_extents_m(),
-        request.belief,
-        shape.rest_height_m(),
-        [sd(along), sd(across)],
-        sd(pp),
-    )
-}
-
-fn reason(refusal: PlanRefusal) -> RefusalReason {
-    match refusal {
-        PlanRefusal::NoInverseKinematics => RefusalReason::NoInverseKinematics,
-        PlanRefusal::OutOfReach => RefusalReason::OutOfReach,
-        PlanRefusal::StartInCollision => RefusalReason::StartInCollision,
-        PlanRefusal::GoalInCollision => RefusalReason::GoalInCollision,
-        PlanRefusal::NoPath | PlanRefusal::Unfit(_) => RefusalReason::NoPath,
-        PlanRefusal::TooManyKnots => RefusalReason::TooManyKnots,
-        PlanRefusal::NonFinite => RefusalReason::NonFinite,
     }
 }

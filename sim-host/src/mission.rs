@@ -1,15 +1,17 @@
 //! One mission from its options to its report: draws what the seed decides, runs it, judges the end.
 
 use crate::hooks::Hooks;
-use crate::host::{Host, HostEnd};
+use crate::host::{Host, HostEnd, Lost, Pace};
 use crate::scenario::Scenario;
+use crate::wire::{InProcess, Wire, WireStats};
 use crate::world::{Mismatch, World};
 use nalgebra::{Isometry3, Matrix2, Vector2, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::time::Instant;
+use tactus_common::can::Mtu;
 use tactus_common::limits::TICK_US;
-use tactus_common::message::{Event, FailureReason, Outcome, SCHEMA_VERSION, Setup, Status};
+use tactus_common::message::{DigestReport, Event, FailureReason, Outcome, SCHEMA_VERSION, Setup, Status};
 use tactus_common::pose::{Interval, PlanarPose, wrap};
 use tactus_common::shape::ObjectShape;
 
@@ -51,6 +53,8 @@ pub enum Progressed {
     Event(Event),
     /// What the controller thinks, ten times a second.
     Status(Status),
+    /// The controller stopped answering.
+    Lost(Lost),
 }
 
 /// What came of it.
@@ -58,8 +62,12 @@ pub enum Progressed {
 pub struct MissionReport {
     /// How the controller says that it ended; `None` if it did not end in time.
     pub outcome: Option<Outcome>,
-    /// Digest of the controller's inputs and outputs.
-    pub digest: u64,
+    /// The controller stopped answering before the end.
+    pub lost: Option<Lost>,
+    /// Tick at which the drives let go for want of commands.
+    pub released: Option<u32>,
+    /// Digest of the controller's inputs and outputs, and the ticks it covers; `None` if it reported no end.
+    pub digest: Option<DigestReport>,
     /// Belief at the update that led to the grasp (the last one, if none did).
     pub believed: PlanarPose,
     /// Its covariance: xx, xy, xphi, yy, yphi, phiphi.
@@ -90,17 +98,46 @@ pub struct MissionReport {
     pub sim_time_s: f64,
     /// Wall time, seconds.
     pub wall_time_s: f64,
-    /// Frames on the bus.
-    pub bus_frames: u64,
-    /// Highest load in any 100 ms, 0..1.
-    pub bus_load_max: f32,
-    /// Frames lost in queues.
-    pub bus_lost: u64,
+    /// Wall time of the controller's answers to each tick.
+    pub answers: AnswerTimes,
+    /// What the wire carried.
+    pub wire: WireStats,
     /// Ticks for which no command came.
     pub deadline_misses: u32,
 }
 
+/// Wall time from readings to command, microseconds: of the controller alone within this process, of the round trip
+/// on a bus outside.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct AnswerTimes {
+    /// Shortest.
+    pub min_us: f32,
+    /// Median.
+    pub median_us: f32,
+    /// 99 of 100 are shorter.
+    pub p99_us: f32,
+    /// Longest.
+    pub max_us: f32,
+}
+
+impl AnswerTimes {
+    fn of(times_us: &[f32]) -> Self {
+        let mut sorted = times_us.to_vec();
+        sorted.sort_by(f32::total_cmp);
+        let at = |share: f32| {
+            let last = sorted.len().saturating_sub(1);
+            sorted.get((last as f32 * share) as usize).copied().unwrap_or(0.0)
+        };
+        Self { min_us: at(0.0), median_us: at(0.5), p99_us: at(0.99), max_us: at(1.0) }
+    }
+}
+
 impl MissionReport {
+    /// The digest in hexadecimal digits.
+    pub fn digest_text(&self) -> Option<String> {
+        self.digest.map(|report| format!("{:016x}", u64::from_le_bytes(report.digest)))
+    }
+
     /// Standard deviations of the belief: x, y (metres), phi (radians).
     pub fn believed_sd(&self) -> [f32; 3] {
         [0, 3, 5].map(|i| libm::sqrtf(self.covariance[i].max(0.0)))
@@ -133,6 +170,7 @@ impl MissionReport {
             Some(Outcome::Failed(FailureReason::NoPlan(reason))) => format!("no plan: {reason:?}"),
             Some(Outcome::Failed(reason)) => format!("{reason:?}"),
             Some(Outcome::Fault(reason)) => format!("fault: {reason:?}"),
+            None if self.lost.is_some() => "controller lost".to_owned(),
             None => "out of time".to_owned(),
         }
     }
@@ -141,6 +179,7 @@ impl MissionReport {
     pub fn exit_status(&self) -> u8 {
         match self.outcome {
             Some(Outcome::Fault(_)) => 4,
+            None if self.lost.is_some() => 4,
             _ if self.transported() => 0,
             _ => 3,
         }
@@ -196,12 +235,27 @@ fn outside_99_m(believed: &PlanarPose, covariance: &[f32; 6], truth: &PlanarPose
     if squared <= CHI_SQUARED_2_99 { 0.0 } else { off.norm() * (1.0 - libm::sqrtf(CHI_SQUARED_2_99 / squared)) }
 }
 
-/// Carries out a mission in a world of its own.
+/// Carries out a mission in a world of its own, with the controller in this process.
 ///
 /// # Errors
 /// The scene cannot be simulated, or the simulation broke down: never the task's failure, which is a report.
 pub fn run(options: &MissionOptions, show: &mut dyn FnMut(&Progressed)) -> anyhow::Result<MissionReport> {
     run_hooked(options, show, Hooks::NONE)
+}
+
+/// How the world and its controller are connected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Connection {
+    /// What makes the ticks come.
+    pub pace: Pace,
+    /// Format of the frames.
+    pub mtu: Mtu,
+}
+
+impl Default for Connection {
+    fn default() -> Self {
+        Self { pace: Pace::Lockstep, mtu: Mtu::Fd }
+    }
 }
 
 /// [`run`] with someone at the wire.
@@ -212,6 +266,20 @@ pub fn run_hooked(
     options: &MissionOptions,
     show: &mut dyn FnMut(&Progressed),
     hooks: Hooks,
+) -> anyhow::Result<MissionReport> {
+    let connection = Connection::default();
+    run_on(options, connection.pace, &mut InProcess::new(connection.mtu, hooks), show)
+}
+
+/// Carries out a mission in a world of its own, with the controller at the other end of `wire`.
+///
+/// # Errors
+/// As [`run`]; or the bus broke down.
+pub fn run_on(
+    options: &MissionOptions,
+    pace: Pace,
+    wire: &mut dyn Wire,
+    show: &mut dyn FnMut(&Progressed),
 ) -> anyhow::Result<MissionReport> {
     let started = Instant::now();
     let scene = options.scenario.world_scene(&options.truth);
@@ -228,8 +296,8 @@ pub fn run_hooked(
         mass_kg: options.scenario.object.mass_kg,
         trials_max: options.trials_max,
     };
-    let mut host = Host::new(world, setup)?.with_hooks(hooks);
-    let end = host.run(show)?;
+    let mut host = Host::new(world, setup, pace)?;
+    let end = host.run(wire, show)?;
     Ok(judge(options, &end, host.world(), setup.shape.yaw_symmetry_rad(), started))
 }
 
@@ -242,6 +310,8 @@ fn judge(options: &MissionOptions, end: &HostEnd, world: &World, symmetry_rad: f
     let yaw = |a: &PlanarPose, b: &PlanarPose| wrap(a.phi_rad - b.phi_rad, symmetry_rad).abs();
     MissionReport {
         outcome: end.outcome,
+        lost: end.lost,
+        released: end.released,
         digest: end.digest,
         believed: end.believed,
         covariance: end.covariance,
@@ -258,9 +328,8 @@ fn judge(options: &MissionOptions, end: &HostEnd, world: &World, symmetry_rad: f
         update_times_s: end.update_times_s.clone(),
         sim_time_s: f64::from(end.ticks) * f64::from(TICK_US) * 1e-6,
         wall_time_s: started.elapsed().as_secs_f64(),
-        bus_frames: end.bus_frames,
-        bus_load_max: end.bus_load_max,
-        bus_lost: end.bus_lost,
+        answers: AnswerTimes::of(&end.answer_times_us),
+        wire: end.wire,
         deadline_misses: end.deadline_misses,
     }
 }

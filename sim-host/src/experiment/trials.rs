@@ -93,7 +93,7 @@ impl Row {
             trials: report.trials,
             evaluations: report.evaluations,
             outcome: report.outcome_text(),
-            digest: format!("{:016x}", report.digest),
+            digest: report.digest_text().unwrap_or_default(),
             sim_time_s: report.sim_time_s,
             wall_time_s: report.wall_time_s,
         }

@@ -1,5 +1,6 @@
 //! Progress of one mission, one line an event: what the hand felt and what the controller made of it.
 
+use crate::host::Lost;
 use crate::mission::Progressed;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
@@ -34,6 +35,9 @@ impl Progress {
                 bar.set_message(thought(status));
                 bar.tick();
             }
+            Progressed::Lost(lost) => {
+                bar.println(format!("{:7.3} s  {}", lost.tick as f32 * TICK_S, lost_text(lost)));
+            }
         }
     }
 
@@ -43,6 +47,11 @@ impl Progress {
             bar.finish_and_clear();
         }
     }
+}
+
+/// One line about a controller that stopped answering.
+pub fn lost_text(lost: &Lost) -> String {
+    format!("controller lost in phase {:?}: no command since tick {}; the drives let go", lost.phase, lost.tick)
 }
 
 fn spinner() -> ProgressBar {

@@ -27,6 +27,19 @@ pub struct Bus {
     frames: u64,
     load_max: f32,
     lost: u64,
+    /// Error frames and frames of others.
+    foreign: u64,
+    /// Times at which it was down.
+    downs: u64,
+}
+
+/// Wall time from readings to command, microseconds.
+#[derive(Serialize, Clone, Copy, Debug)]
+pub struct RoundTrip {
+    min: f32,
+    median: f32,
+    p99: f32,
+    max: f32,
 }
 
 /// The summary of one mission.
@@ -34,7 +47,10 @@ pub struct Bus {
 pub struct Summary {
     outcome: String,
     seed: u64,
-    digest: String,
+    /// `null` if the controller reported no end.
+    digest: Option<String>,
+    /// Ticks that the digest covers.
+    digest_ticks: Option<u32>,
     true_pose: Pose,
     guess: Pose,
     believed_pose: Pose,
@@ -52,6 +68,9 @@ pub struct Summary {
     sim_time_s: f64,
     wall_time_s: f64,
     deadline_misses: u32,
+    /// Tick at which the drives let go for want of commands.
+    released_tick: Option<u32>,
+    round_trip_us: RoundTrip,
     bus: Bus,
 }
 
@@ -62,7 +81,8 @@ impl Summary {
         Self {
             outcome: report.outcome_text(),
             seed: options.seed,
-            digest: format!("{:016x}", report.digest),
+            digest: report.digest_text(),
+            digest_ticks: report.digest.map(|d| d.ticks),
             true_pose: Pose::new(&options.truth, z),
             guess: Pose::new(&options.guess, z),
             believed_pose: Pose::new(&report.believed, z),
@@ -79,7 +99,20 @@ impl Summary {
             sim_time_s: report.sim_time_s,
             wall_time_s: report.wall_time_s,
             deadline_misses: report.deadline_misses,
-            bus: Bus { frames: report.bus_frames, load_max: report.bus_load_max, lost: report.bus_lost },
+            released_tick: report.released,
+            round_trip_us: RoundTrip {
+                min: report.answers.min_us,
+                median: report.answers.median_us,
+                p99: report.answers.p99_us,
+                max: report.answers.max_us,
+            },
+            bus: Bus {
+                frames: report.wire.frames,
+                load_max: report.wire.load_max,
+                lost: report.wire.lost,
+                foreign: report.wire.foreign,
+                downs: report.wire.downs,
+            },
         }
     }
 

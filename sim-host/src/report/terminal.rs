@@ -44,9 +44,11 @@ pub fn closing(options: &MissionOptions, report: &MissionReport) -> String {
         report.wall_time_s,
         report.evaluations,
         report.update_time_s() * 1e3,
-        report.bus_frames,
-        report.bus_load_max * 100.0
+        report.wire.frames,
+        report.wire.load_max * 100.0
     );
-    let _ = writeln!(out, "  digest {:016x}", report.digest);
+    if let (Some(report), Some(digest)) = (report.digest, report.digest_text()) {
+        let _ = writeln!(out, "  digest {digest} over {} ticks", report.ticks);
+    }
     out
 }

@@ -31,13 +31,13 @@ fn main() -> ! {
         };
         match parser.feed(byte) {
             Some(Line::Frame(frame)) => {
-                let (begun, over) = (clock::counts(), shell.node().controller().outcome().is_some());
+                let (begun, over) = (clock::counts(), shell.node().end().is_some());
                 if shell.receive(clock::millis(), &frame, &mut |frame: CanFrame| outbox.put(&frame)) {
                     meter.add(clock::counts().wrapping_sub(begun));
                 }
                 outbox.flush();
-                if !over && shell.node().controller().outcome().is_some() {
-                    report::mission(shell, &meter);
+                if let (false, Some((_, end))) = (over, shell.node().end()) {
+                    report::mission(&end, &meter);
                 }
             }
             Some(Line::Command(_)) => uart::write(&slcan::DONE),

@@ -68,10 +68,11 @@ pub fn start(_: &mut NVIC) {
 // one writer) and the UART's registers only.
 unsafe fn DefaultHandler(line: i16) {
     assert!(line == RX_LINE as i16, "an interrupt that nobody asked for");
+    // First the interrupt, then the bytes: one that came between would never be asked for again.
+    set(INTERRUPT, RX_INTERRUPT);
     while get(STATE) & RX_FULL != 0 {
         RECEIVED.push(get(DATA) as u8);
     }
-    set(INTERRUPT, RX_INTERRUPT);
 }
 
 /// Sleeps until a byte has arrived or a millisecond has passed.

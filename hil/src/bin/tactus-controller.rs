@@ -1,0 +1,88 @@
+//! The Tactus controller as a process on a bus.
+
+use clap::{Parser, ValueEnum};
+use std::process::ExitCode;
+use tactus_common::can::Mtu;
+use tactus_common::link::{CONTROLLER, WORLD};
+use tactus_common::message::{EventKind, Outcome};
+use tactus_hil::bus_name::BusName;
+use tactus_hil::shell::{Shell, ShellEnd, ShellOptions};
+
+const AFTER_HELP: &str = "\
+Examples:
+  tactus-controller --bus socketcan:vcan0          serves one mission after the other; the world: tactus serve
+  tactus-controller --bus slcan:/dev/ttyACM0       the same on a serial CAN adapter
+
+With --once, exit status: 0 mission done, 2 bad usage, bus, version, or another controller is there, 3 the task failed,
+4 fault or the world fell silent.";
+
+/// The controller: waits on a bus for a world (or a robot's gateway) and carries out its missions.
+#[derive(Parser, Debug)]
+#[command(name = "tactus-controller", version, after_help = AFTER_HELP)]
+struct Cli {
+    /// Bus to the world: `socketcan:IFACE`, or `slcan:PATH`.
+    #[arg(long, value_name = "BUS")]
+    bus: BusName,
+    /// Frame format [default: CAN FD where the bus carries it].
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    can: Option<Format>,
+    /// What makes the ticks come: `lockstep` = the world waits for each command, silence is 2 s; `realtime` = every
+    /// 2 ms by the world's clock, silence is 20 periods.
+    #[arg(long, value_enum, default_value_t = Pace::Lockstep)]
+    pace: Pace,
+    /// End with the first mission, or after 30 s without one.
+    #[arg(long)]
+    once: bool,
+    /// Print nothing but errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug)]
+enum Format {
+    /// CAN 2.0, 8 bytes a frame.
+    Classic,
+    /// CAN FD, 64 bytes a frame.
+    Fd,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+enum Pace {
+    Lockstep,
+    Realtime,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let mtu = cli.can.map(|format| match format {
+        Format::Classic => Mtu::Classic,
+        Format::Fd => Mtu::Fd,
+    });
+    let mut bus = match cli.bus.open(mtu, &[WORLD, CONTROLLER]) {
+        Ok(bus) => bus,
+        Err(error) => {
+            eprintln!("error: --bus {}: {error}", cli.bus);
+            return ExitCode::from(2);
+        }
+    };
+    let options = ShellOptions { realtime: cli.pace == Pace::Realtime, once: cli.once };
+    let mut shell = Shell::new(bus.as_mut(), options);
+    let end = shell.run(&mut |said| {
+        if !cli.quiet {
+            eprintln!("tactus-controller on {}: {said}", cli.bus);
+        }
+    });
+    match end {
+        ShellEnd::MissionOver(EventKind::Finished(Outcome::Transported)) => ExitCode::SUCCESS,
+        ShellEnd::MissionOver(EventKind::Finished(Outcome::Failed(_))) => ExitCode::from(3),
+        ShellEnd::MissionOver(_) | ShellEnd::Silence => ExitCode::from(4),
+        ShellEnd::Twin => fail(&cli, "another controller is on this bus; stop it first"),
+        ShellEnd::NoWorld => fail(&cli, "no world began a mission within 30 s; expected: tactus serve on the same bus"),
+        ShellEnd::Version(_) => fail(&cli, "the world speaks another version of the messages"),
+    }
+}
+
+fn fail(cli: &Cli, why: &str) -> ExitCode {
+    eprintln!("error: --bus {}: {why}", cli.bus);
+    ExitCode::from(2)
+}

@@ -1,0 +1,158 @@
+//! What the controller may ask: the planner for a trajectory, the mental world for a touch.
+
+use crate::mental::{Closing, MentalModel, RolloutInput};
+use crate::plan::{ObjectEstimate, PlanQuery, PlanRefusal, Planner, PlannerConfig, Purpose as PlanPurpose};
+use crate::world::HandStart;
+use tactus_common::limits::FINGERS;
+use tactus_common::message::{
+    PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, ROLLOUT_TICKS, RefusalReason, RolloutRequest, RolloutResult,
+};
+use tactus_common::robot::hand::HandAngles;
+use tactus_common::robot::{FINGER_LIMIT, arm, source};
+use tactus_common::shape::ObjectShape;
+
+/// Height above the goal from which a touch or a grasp comes straight down, metres.
+const APPROACH_M: f32 = 0.10;
+/// Height to which the object is lifted, metres.
+const LIFT_M: f32 = 0.06;
+
+/// What the controller asks.
+#[derive(Clone, Copy, Debug)]
+pub enum Question {
+    /// For a trajectory.
+    Plan(PlanRequest),
+    /// What a touch would feel like.
+    Rollout(RolloutRequest),
+}
+
+/// What it is answered.
+#[derive(Clone, Debug)]
+pub enum Reply {
+    /// A trajectory, or why there is none.
+    Plan(PlanAnswer),
+    /// What a touch would feel like.
+    Rollout(RolloutResult),
+}
+
+/// Planner and mental world, which know the robot and the object's shape and nothing of the true world.
+pub struct Advisor {
+    planner: Planner,
+    mental: MentalModel,
+    shape: ObjectShape,
+}
+
+impl Advisor {
+    /// Ready for questions about an object of this shape.
+    ///
+    /// # Errors
+    /// The planner cannot use the robot description.
+    pub fn new(shape: ObjectShape) -> anyhow::Result<Self> {
+        Ok(Self {
+            planner: Planner::new(&urdf_rs::read_from_string(source::URDF)?, PlannerConfig::default())?,
+            mental: MentalModel::new()?,
+            shape,
+        })
+    }
+
+    /// The answer to a question, to take effect at tick `effective`.
+    pub fn answer(&mut self, question: &Question, effective: u32) -> Reply {
+        match question {
+            Question::Plan(request) => Reply::Plan(self.plan(request, effective)),
+            Question::Rollout(request) => Reply::Rollout(self.rollout(request, effective)),
+        }
+    }
+
+    /// Asks the planner.
+    fn plan(&mut self, request: &PlanRequest, effective: u32) -> PlanAnswer {
+        let shape = self.shape;
+        let displaced = |mut pose: nalgebra::Isometry3<f32>| {
+            pose.translation.x += request.displacement_m[0];
+            pose.translation.y += request.displacement_m[1];
+            pose
+        };
+        let above = request.placement.world_from_hand(&request.belief, &shape);
+        let (goal, next) = match request.purpose {
+            Purpose::Touch => (above, None),
+            Purpose::Grasp => (above, Some(displaced(above))),
+            Purpose::Transport | Purpose::Retreat => (displaced(arm::hand_pose(&request.start_q_rad)), None),
+        };
+        let purpose = match request.purpose {
+            Purpose::Touch => PlanPurpose::Touch,
+            Purpose::Grasp => PlanPurpose::Grasp,
+            Purpose::Transport => PlanPurpose::Transport,
+            Purpose::Retreat => PlanPurpose::Retreat,
+        };
+        let approach_height_m = if request.purpose == Purpose::Transport { LIFT_M } else { APPROACH_M };
+        let query = PlanQuery {
+            request: request.request,
+            purpose,
+            start_q_rad: request.start_q_rad,
+            hand_angles: HandAngles::engaged(request.preshape.inner_rad, request.preshape.spread_rad),
+            goal_world_from_hand: goal,
+            approach_height_m,
+            object: Some(object_estimate(request, &shape)),
+            next_world_from_hand: next,
+        };
+        let result = self.planner.plan(&query).map_err(reason);
+        PlanAnswer { effective, request: request.request, result }
+    }
+
+    /// Asks the mental world. A pose that it cannot roll out (off the table, say) is answered as one at which nothing
+    /// would be felt.
+    fn rollout(&self, request: &RolloutRequest, effective: u32) -> RolloutResult {
+        let input = RolloutInput {
+            world_from_hand: arm::hand_pose(&request.arm_q_rad),
+            start: HandStart { inner_rad: request.preshape.inner_rad, spread_rad: request.preshape.spread_rad },
+            closing: Closing::Together,
+            speed_rad_s: request.closing_rad_s,
+            stop_at_rad: FINGER_LIMIT.upper_rad,
+            ticks: ROLLOUT_TICKS,
+            object: request.pose,
+            half_extents_m: self.shape.half_extents_m(),
+        };
+        let mut result = RolloutResult {
+            effective,
+            request: request.request,
+            onset_inner_rad: [None; FINGERS],
+            contacts: [0; ROLLOUT_INSTANTS],
+        };
+        if let Ok(foretold) = self.mental.rollout(&input) {
+            result.onset_inner_rad = foretold.onset_rad;
+            for (i, bits) in result.contacts.iter_mut().enumerate() {
+                // A rollout that ends early stays as it ended.
+                let at = (i + 1) * ROLLOUT_TICKS as usize / ROLLOUT_INSTANTS - 1;
+                *bits = foretold.samples.get(at).or(foretold.samples.last()).map_or(0, |s| s.contacts);
+            }
+        }
+        result
+    }
+}
+
+/// The believed object, grown by its uncertainty.
+fn object_estimate(request: &PlanRequest, shape: &ObjectShape) -> ObjectEstimate {
+    let [xx, xy, _, yy, _, pp] = request.covariance;
+    let (s, c) = libm::sincosf(request.belief.phi_rad);
+    // Variances along the object's own axes.
+    let along = c * c * xx + 2.0 * s * c * xy + s * s * yy;
+    let across = s * s * xx - 2.0 * s * c * xy + c * c * yy;
+    let sd = |v: f32| libm::sqrtf(v.max(0.0));
+    ObjectEstimate::with_sigma(
+        shape.half_extents_m(),
+        request.belief,
+        shape.rest_height_m(),
+        [sd(along), sd(across)],
+        sd(pp),
+    )
+}
+
+fn reason(refusal: PlanRefusal) -> RefusalReason {
+    match refusal {
+        PlanRefusal::NoInverseKinematics => RefusalReason::NoInverseKinematics,
+        PlanRefusal::OutOfReach => RefusalReason::OutOfReach,
+        PlanRefusal::StartInCollision => RefusalReason::StartInCollision,
+        PlanRefusal::GoalInCollision => RefusalReason::GoalInCollision,
+        PlanRefusal::NoPath | PlanRefusal::Unfit(_) => RefusalReason::NoPath,
+        PlanRefusal::TooManyKnots => RefusalReason::TooManyKnots,
+        PlanRefusal::NonFinite => RefusalReason::NonFinite,
+    }
+}

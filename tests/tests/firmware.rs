@@ -1,0 +1,105 @@
+//! Promise: the controller as a Cortex-M4F image does exactly what it does in the process of the world.
+
+use std::time::Duration;
+use tactus_common::can::{CanFrame, Mtu};
+use tactus_common::cyphal::{Header, Sender, Session};
+use tactus_common::limits::PAYLOAD_BYTES_MAX;
+use tactus_common::link::{self, CONTROLLER, SMALL_BYTES, WORLD, priority, subject};
+use tactus_common::message::{
+    Command, DigestReport, Message, PlanAnswer, RolloutResult, SensorFrame, Setup, TactileSlice,
+};
+use tactus_hil::bus::{Bus, LiveBus};
+use tactus_hil::slcan_bus::SlcanBus;
+use tactus_tests::emulator::{Emulator, image};
+use tactus_tests::recording::Recording;
+use tactus_tests::rig::Told;
+
+/// For anything that the image has to do.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The world's end of a serial line with the image at the other end: tells it what a recording holds.
+struct Player {
+    bus: SlcanBus,
+    sender: Sender<5>,
+    command: Session<SMALL_BYTES>,
+    digest: Session<SMALL_BYTES>,
+    reported: Option<DigestReport>,
+}
+
+impl Player {
+    fn new(bus: SlcanBus) -> Self {
+        let subjects = [
+            subject::<Setup>(),
+            subject::<SensorFrame>(),
+            subject::<TactileSlice>(),
+            subject::<PlanAnswer>(),
+            subject::<RolloutResult>(),
+        ];
+        Self {
+            bus,
+            sender: Sender::new(WORLD, subjects),
+            command: Session::new(subject::<Command>(), CONTROLLER, 0),
+            digest: Session::new(subject::<DigestReport>(), CONTROLLER, 0),
+            reported: None,
+        }
+    }
+
+    fn send<M: Message>(&mut self, message: &M) {
+        let mut buffer = [0; PAYLOAD_BYTES_MAX];
+        let bytes = link::encode(message, &mut buffer).expect("the largest message fits");
+        let frames = self.sender.send(subject::<M>(), priority::<M>(), bytes, Mtu::Classic).expect("a subject");
+        for frame in frames {
+            self.bus.send(frame).expect("the line takes a tick's frames");
+        }
+    }
+
+    /// One tick, up to the command that ends it.
+    fn tell(&mut self, told: &Told) {
+        told.setup.iter().for_each(|m| self.send(m));
+        told.plan.iter().for_each(|m| self.send(m));
+        told.rollout.iter().for_each(|m| self.send(m));
+        told.image.iter().for_each(|m| self.send(m));
+        let sensors = told.sensors.expect("a tick has readings");
+        self.send(&sensors);
+        let tick = sensors.unpack().tick;
+        loop {
+            assert!(self.bus.wait(PATIENCE), "tick {tick}: no command from the image");
+            while let Some(received) = self.bus.receive() {
+                if self.hear(&received.frame) == Some(tick) {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// The tick of the command that this frame completes.
+    fn hear(&mut self, frame: &CanFrame) -> Option<u32> {
+        let header = Header::of(frame).expect("the image sends messages");
+        if let Ok(Some(t)) = self.digest.accept(&header, frame.data(), 0) {
+            self.reported = Some(link::decode(t.payload).expect("a digest"));
+        }
+        let whole = self.command.accept(&header, frame.data(), 0).ok().flatten()?;
+        let command: Command = link::decode(whole.payload).expect("a command");
+        command.unpack().map(|command| command.tick)
+    }
+}
+
+#[test]
+#[ignore = "needs the image and qemu: cargo xtask test runs it"]
+fn a_recorded_mission_gives_the_same_digest_in_the_image() {
+    let recording = Recording::shared();
+    let emulator = Emulator::start(&image(), "replay");
+    let mut player = Player::new(SlcanBus::open(emulator.socket()).expect("the emulator listens"));
+    let begun = std::time::Instant::now();
+    for (n, told) in recording.told.iter().enumerate() {
+        if n % 500 == 0 {
+            eprintln!("{n} {:?}", begun.elapsed());
+        }
+        player.tell(told);
+    }
+    let reported = player.reported.expect("the image reports its digest");
+    assert_eq!(format!("{:016x}", u64::from_le_bytes(reported.digest)), format!("{:016x}", recording.report.digest));
+    let told = emulator.told("mission", PATIENCE);
+    println!("{told:?}");
+    assert_eq!(told.number("lost"), 0, "bytes lost on the serial line");
+}
