@@ -47,7 +47,7 @@ fn inertial(b: Body) -> String {
 
 fn prism(p: &Prism) -> String {
     let corners = list(&p.corners_m, |c| numbers(c));
-    format!("Prism {{ corners_m: &{corners}, z_m: {} }}", numbers(&p.z_m))
+    format!("Prism::new(&{corners}, {})", numbers(&p.z_m))
 }
 
 fn taxel(t: Taxel) -> String {

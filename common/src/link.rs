@@ -1,7 +1,8 @@
 //! Messages to bytes and back, and where they travel: the same steps on both ends of the wire.
 
 use crate::cyphal::{NodeId, Priority, SubjectId};
-use crate::message::{Message, node};
+use crate::message::{Digest, Message, node};
+use postcard::ser_flavors::Flavor;
 use serde::de::DeserializeOwned;
 
 /// Longest encoded message that a node sends from its stack, bytes: every message but [`crate::message::PlanAnswer`].
@@ -40,6 +41,30 @@ pub const CONTROLLER: NodeId = node_id(node::CONTROLLER);
 /// The buffer is too small.
 pub fn encode<'b, M: Message>(message: &M, buffer: &'b mut [u8]) -> Result<&'b [u8], postcard::Error> {
     postcard::to_slice(message, buffer).map(|used| &*used)
+}
+
+/// Adds an encoded message to a digest, byte for byte: no buffer, however long it is.
+///
+/// # Errors
+/// The message cannot be encoded; the bytes before the failure are in the digest then.
+pub fn digest<M: Message>(message: &M, digest: &mut Digest) -> Result<(), postcard::Error> {
+    postcard::serialize_with_flavor(message, IntoDigest(digest))
+}
+
+/// Where encoded bytes go: into a digest.
+struct IntoDigest<'d>(&'d mut Digest);
+
+impl Flavor for IntoDigest<'_> {
+    type Output = ();
+
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        self.0.add(byte);
+        Ok(())
+    }
+
+    fn finalize(self) -> postcard::Result<()> {
+        Ok(())
+    }
 }
 
 /// Decodes a message. Zero bytes that CAN FD padded at the end are ignored.
@@ -88,6 +113,17 @@ mod tests {
             let mut buffer = [0; PAYLOAD_BYTES_MAX];
             let used = encode(&answer, &mut buffer).unwrap().len();
             prop_assert_eq!(decode::<PlanAnswer>(&buffer[..used]).unwrap(), answer);
+        }
+    }
+
+    #[test]
+    fn the_digest_of_a_message_is_that_of_its_bytes() {
+        let (mut streamed, mut of_bytes) = (Digest::default(), Digest::default());
+        for tick in [0, 1, 300, u32::MAX] {
+            let mut buffer = [0; SMALL_BYTES];
+            of_bytes.update(encode(&status(tick, 0.3), &mut buffer).unwrap());
+            digest(&status(tick, 0.3), &mut streamed).unwrap();
+            assert_eq!(streamed, of_bytes);
         }
     }
 

@@ -3,6 +3,8 @@
 //! `docs/protocol.md` says who sends which, when, and what its loss means. Values that travel every tick are
 //! packed in fixed-width integers, so that a message's length never depends on its data.
 
+mod in_place;
+
 use crate::limits::{ARM_JOINTS, FINGERS, HAND_MOTORS, PAD_CELLS, PADS};
 use crate::pose::{Interval, PlanarPose};
 use crate::reading::{HandCommand, JointCommands, JointReadings, TactileImage, Validity};
@@ -100,8 +102,13 @@ impl Digest {
     /// Adds bytes.
     pub fn update(&mut self, bytes: &[u8]) {
         for &b in bytes {
-            self.0 = (self.0 ^ u64::from(b)).wrapping_mul(FNV_PRIME);
+            self.add(b);
         }
+    }
+
+    /// Adds one byte.
+    pub fn add(&mut self, byte: u8) {
+        self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(FNV_PRIME);
     }
 }
 
@@ -497,7 +504,7 @@ pub enum FaultReason {
     JointLimit(u8),
     /// A joint moved faster than its limit.
     JointSpeed(u8),
-    /// A joint did not follow its reference.
+    /// A joint did not follow its reference: 0-6 the arm's J1 to J7, 7-10 the hand's F1, F2, F3 and spread.
     Tracking(u8),
     /// Set-up message with values that make no sense.
     BadSetup,

@@ -1,13 +1,15 @@
 //! `cargo xtask`: the same commands for people and for CI. Here: the command line. [`setup`]: what the commands need
-//! from the machine. [`check`]: lints and tests. [`vcan`]: a CAN interface for any command. [`cargo`]: calls of cargo.
+//! from the machine. [`lint`], [`tests`]: what must be green before a change lands. [`vcan`]: a CAN interface for any command. [`cargo`]: calls of cargo.
 
 mod cargo;
-mod check;
+mod lint;
 mod setup;
+mod tests;
 mod vcan;
 
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -24,7 +26,19 @@ enum Task {
     /// Say what is missing for building and testing, and install it where that is possible.
     Setup,
     /// Format, lint, test: all that must be green before a change lands.
-    Test,
+    Test {
+        /// Only the tests that cargo itself cannot run: those that need a CAN interface.
+        #[arg(long)]
+        elsewhere: bool,
+    },
+    /// Run the ignored tests of these binaries, and write the number of those that passed to a file.
+    #[command(hide = true)]
+    RunIgnored {
+        /// The file.
+        counts: PathBuf,
+        /// The binaries.
+        binaries: Vec<PathBuf>,
+    },
     /// Formatting, clippy and documentation, warnings as errors.
     Lint,
     /// Run a command with an interface vcan0 (CAN FD), on this machine's own CAN or in user-mode Linux; the exit status
@@ -48,8 +62,10 @@ fn main() -> ExitCode {
     let started = Instant::now();
     let (name, done) = match Cli::parse().command {
         Task::Setup => ("setup", setup::everything()),
-        Task::Test => ("test", check::test()),
-        Task::Lint => ("lint", check::lint()),
+        Task::Test { elsewhere: false } => ("test", tests::run()),
+        Task::Test { elsewhere: true } => ("test", tests::run_elsewhere()),
+        Task::RunIgnored { counts, binaries } => ("run-ignored", tests::run_ignored(&counts, &binaries)),
+        Task::Lint => ("lint", lint::run()),
         Task::Vcan { timeout, quiet, command } => {
             return vcan::main(&command, vcan::Options { limit: Duration::from_secs(timeout), quiet });
         }

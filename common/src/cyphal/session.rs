@@ -64,21 +64,12 @@ pub struct Session<const BYTES: usize> {
 impl<const BYTES: usize> Session<BYTES> {
     /// A session that takes `subject` from `source`.
     pub const fn new(subject: SubjectId, source: NodeId, timeout: u64) -> Self {
-        let stats = RxStats {
-            frames: 0,
-            transfers: 0,
-            given_up: 0,
-            missed: 0,
-            malformed: 0,
-            no_start: 0,
-            frame_lost: 0,
-            timeout: 0,
-            duplicate: 0,
-            stale: 0,
-            oversize: 0,
-            crc: 0,
-        };
-        Self { subject, source, timeout, delivered: None, assembly: None, buffer: [0; BYTES], stats }
+        Self { subject, source, timeout, delivered: None, assembly: None, buffer: [0; BYTES], stats: RxStats::ZERO }
+    }
+
+    /// As if nothing had ever been received. In place: a new session would pass its buffer over the stack.
+    pub fn forget(&mut self) {
+        (self.delivered, self.assembly, self.stats) = (None, None, RxStats::ZERO);
     }
 
     /// Is a frame with this header for this session?

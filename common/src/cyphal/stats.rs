@@ -78,6 +78,22 @@ pub(super) fn count(counter: &mut u32) {
 }
 
 impl RxStats {
+    /// Nothing received.
+    pub const ZERO: Self = Self {
+        frames: 0,
+        transfers: 0,
+        given_up: 0,
+        missed: 0,
+        malformed: 0,
+        no_start: 0,
+        frame_lost: 0,
+        timeout: 0,
+        duplicate: 0,
+        stale: 0,
+        oversize: 0,
+        crc: 0,
+    };
+
     /// Counts an error.
     pub(super) fn record(&mut self, error: RxError) {
         count(match error {

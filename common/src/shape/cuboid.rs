@@ -15,6 +15,9 @@ use nalgebra::{Isometry3, Vector3};
 /// the separation to within a few micrometres, and the cross product would be all rounding error.
 const PARALLEL_SINE_SQ: f32 = 1e-4;
 
+/// More than the rounding error of a separation, in metres and relative to it, for a link within metres of the object.
+const ROUNDING: f32 = 1e-5;
+
 /// Where an axis comes from: what turns with the link and what stays with the object.
 #[derive(Clone, Copy)]
 enum AxisKind {
@@ -34,6 +37,14 @@ struct Best {
 }
 
 impl Best {
+    /// Is it certain that `scaled / sqrt(length_sq)` is no better, whatever the rounding? Without root and division,
+    /// which most axes then do not need.
+    fn surpasses(&self, scaled: f32, length_sq: f32) -> bool {
+        let bar = self.distance_m - ROUNDING * (1.0 + libm::fabsf(self.distance_m));
+        let (bar_sq, scaled_sq) = (bar * bar * length_sq, scaled * scaled);
+        if bar >= 0.0 { scaled <= 0.0 || scaled_sq < bar_sq } else { scaled < 0.0 && scaled_sq > bar_sq }
+    }
+
     fn offer(&mut self, distance_m: f32, normal: Vector3<f32>, kind: AxisKind) {
         if distance_m > self.distance_m {
             *self = Self { distance_m, normal, kind };
@@ -71,15 +82,9 @@ impl Placed {
         // Anticlockwise corners: the outside is to the right of a side.
         let mut sides = [Side { along: axes[0], outward: -axes[1] }; PRISM_CORNERS_MAX];
         let count = prism.corners_m.len().min(PRISM_CORNERS_MAX);
-        for (index, from) in prism.corners_m.iter().enumerate().take(count) {
-            base_m[index] = origin + axes[0] * from[0] + axes[1] * from[1];
-            let to = prism.corners_m[if index + 1 == count { 0 } else { index + 1 }];
-            let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-            let length_m = libm::sqrtf(dx * dx + dy * dy);
-            if length_m > 1e-6 {
-                let (x, y) = (dx / length_m, dy / length_m);
-                sides[index] = Side { along: axes[0] * x + axes[1] * y, outward: axes[0] * y - axes[1] * x };
-            }
+        for ((base, placed), (from, [x, y])) in base_m.iter_mut().zip(&mut sides).zip(prism.corners_and_sides()) {
+            *base = origin + axes[0] * from[0] + axes[1] * from[1];
+            *placed = Side { along: axes[0] * *x + axes[1] * *y, outward: axes[0] * *y - axes[1] * *x };
         }
         Self { base_m, sides, count, axes, z_m: prism.z_m }
     }
@@ -97,11 +102,24 @@ impl Placed {
     fn extent(&self, axis: &Vector3<f32>) -> (f32, f32) {
         let (mut low, mut high) = (f32::MAX, f32::MIN);
         for corner in self.base() {
-            let d = corner.dot(axis);
-            low = low.min(d);
-            high = high.max(d);
+            include(corner.dot(axis), &mut low, &mut high);
         }
-        let rise = axis.dot(&self.axes[2]);
+        self.raised(low, high, axis.dot(&self.axes[2]))
+    }
+
+    /// As [`Self::extent`], for all three axes of the object at once.
+    fn extents(&self) -> [(f32, f32); 3] {
+        let (mut low, mut high) = ([f32::MAX; 3], [f32::MIN; 3]);
+        for corner in self.base() {
+            for ((d, low), high) in corner.iter().zip(&mut low).zip(&mut high) {
+                include(*d, low, high);
+            }
+        }
+        core::array::from_fn(|axis| self.raised(low[axis], high[axis], self.axes[2][axis]))
+    }
+
+    /// The extent of the prism from that of its polygon, along an axis on which the prism's own has the coordinate `rise`.
+    fn raised(&self, low: f32, high: f32, rise: f32) -> (f32, f32) {
         let (a, b) = (rise * self.z_m[0], rise * self.z_m[1]);
         (low + a.min(b), high + a.max(b))
     }
@@ -117,6 +135,16 @@ impl Placed {
         }
         let z_m = if normal.dot(&self.axes[2]) > 0.0 { self.z_m[0] } else { self.z_m[1] };
         lowest.1 + self.axes[2] * z_m
+    }
+}
+
+/// Widens `low..high` to include `d`. Plain comparisons: `min` and `max` cost twice as much where no instruction does them.
+fn include(d: f32, low: &mut f32, high: &mut f32) {
+    if d < *low {
+        *low = d;
+    }
+    if d > *high {
+        *high = d;
     }
 }
 
@@ -165,10 +193,11 @@ fn box_reach_m(half_extents_m: &[f32; 3], axis: &Vector3<f32>) -> f32 {
 }
 
 fn box_faces(half_extents_m: &[f32; 3], placed: &Placed, best: &mut Best) {
+    let extents = placed.extents();
     for axis in 0..3 {
         let mut normal = Vector3::zeros();
         normal[axis] = 1.0;
-        let (low, high) = placed.extent(&normal);
+        let (low, high) = extents[axis];
         best.offer(low - half_extents_m[axis], normal, AxisKind::BoxFace);
         best.offer(-high - half_extents_m[axis], -normal, AxisKind::BoxFace);
     }
@@ -199,8 +228,14 @@ fn cap_edges(half_extents_m: &[f32; 3], placed: &Placed, best: &mut Best) {
             if length_sq < PARALLEL_SINE_SQ {
                 continue;
             }
-            let length = libm::sqrtf(length_sq);
             let sign = if cross.dot(&side.outward) > 0.0 { -1.0 } else { 1.0 };
+            let towards = cross * sign;
+            let rise = towards.dot(&up);
+            let lowest = towards.dot(corner) + if rise > 0.0 { rise * placed.z_m[0] } else { rise * placed.z_m[1] };
+            if best.surpasses(lowest - box_reach_m(half_extents_m, &towards), length_sq) {
+                continue;
+            }
+            let length = libm::sqrtf(length_sq);
             let normal = cross * (sign / length);
             let rise = normal.dot(&up);
             let lowest_m = normal.dot(corner) + if rise > 0.0 { rise * placed.z_m[0] } else { rise * placed.z_m[1] };

@@ -16,6 +16,13 @@ pub enum ObjectShape {
     },
 }
 
+impl Default for ObjectShape {
+    /// The box of the published experiment.
+    fn default() -> Self {
+        Self::THESIS_BOX
+    }
+}
+
 impl ObjectShape {
     /// The box of the published experiment: 0.2 m wide (x), 0.1 m deep (y), 0.2 m high (z).
     pub const THESIS_BOX: Self = Self::Cuboid { half_extents_m: [0.1, 0.05, 0.1] };

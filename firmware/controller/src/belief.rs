@@ -2,6 +2,7 @@
 
 use crate::error::geometric::Residuals;
 use crate::optimise::{Bounds, start};
+use crate::sort::insertion_sort;
 use heapless::Vec;
 use nalgebra::{Matrix2, Matrix3, Vector3};
 use tactus_common::pose::{Interval, PlanarPose};
@@ -84,8 +85,15 @@ pub enum Readiness {
     TooWide,
 }
 
+impl Default for Prior {
+    /// Before anything was told: the box of the published experiment, known to stand in the middle of the table.
+    fn default() -> Self {
+        Self { guess: PlanarPose::default(), interval: Interval::default(), shape: ObjectShape::THESIS_BOX }
+    }
+}
+
 /// The belief. About 900 bytes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Belief {
     modes: Vec<Mode, MODES_MAX>,
     pose: PlanarPose,
@@ -120,7 +128,7 @@ impl Belief {
     ///
     /// The pose is the mode of least error unless modes spread more than they are wide: then the mean.
     pub fn from_modes(mut modes: Vec<Mode, MODES_MAX>, residuals: Residuals) -> Option<Self> {
-        modes.sort_unstable_by(|a, b| a.error.total_cmp(&b.error));
+        insertion_sort(&mut modes, |a, b| a.error.total_cmp(&b.error));
         let best = *modes.first()?;
         let mut total = 0.0;
         for mode in &mut modes {

@@ -70,7 +70,9 @@ impl Outputs {
 pub struct Controller {
     supervisor: Supervisor,
     control: JointControl,
-    executor: Option<Executor>,
+    executor: Executor,
+    /// The executor has a reference to hold or to follow: the arm's angles have been measured.
+    has_reference: bool,
     onset: Onset,
     mission: Mission,
     last_good: Option<JointReadings>,
@@ -97,7 +99,7 @@ impl Controller {
 
     /// The reference that the arm follows, once there is one.
     pub fn reference(&self) -> Option<&Sample> {
-        self.executor.as_ref().map(Executor::reference)
+        self.has_reference.then(|| self.executor.reference())
     }
 
     /// The mission: what it was told and what it believes.
@@ -118,7 +120,7 @@ impl Controller {
         let mut out = Outputs::idle(now);
         // A new mission finds the controller as if it had just been started.
         if inputs.setup.is_some() {
-            *self = Self::default();
+            self.forget();
         }
         // Look.
         let readings = inputs.readings.map(admit);
@@ -133,7 +135,7 @@ impl Controller {
         };
         let mission_fault = inputs.setup.and_then(|setup| self.mission.begin(setup).err());
         // Decide.
-        let q_ref_rad = self.executor.as_ref().map(|e| e.reference().q_rad);
+        let q_ref_rad = self.reference().map(|reference| reference.q_rad);
         let mode = self.supervisor.assess(
             readings.as_ref(),
             self.control.velocity_rad_s(),
@@ -158,30 +160,50 @@ impl Controller {
         out
     }
 
+    /// Forgets everything, in place: a new value would pass over the stack.
+    fn forget(&mut self) {
+        self.supervisor = Supervisor::default();
+        self.control = JointControl::default();
+        self.has_reference = false;
+        self.onset = Onset::default();
+        self.mission.forget();
+        self.last_good = None;
+        self.hand = HandHold::default();
+        self.held = false;
+        self.reported = None;
+    }
+
+    /// The first reference is where the arm stands.
+    fn ensure_reference(&mut self, readings: &JointReadings) {
+        if !self.has_reference {
+            self.has_reference = true;
+            self.executor.hold(readings.arm_q_rad);
+        }
+    }
+
     /// The mission's step.
     fn run(&mut self, readings: &JointReadings, felt: Felt, inputs: &Inputs, out: &mut Outputs) {
-        let executor = self.executor.get_or_insert_with(|| Executor::holding(readings.arm_q_rad));
+        self.ensure_reference(readings);
         let mut tools = Tools {
             readings,
             felt,
             plan: inputs.plan,
             rollout: inputs.rollout,
-            images: &inputs.images,
-            executor,
+            executor: &mut self.executor,
             onset: &mut self.onset,
             hand: &mut self.hand.0,
             out,
         };
         self.mission.step(&mut tools);
-        executor.tick();
+        self.executor.tick();
     }
 
     /// The safe state with known angles: the arm where it is, fingers still.
     fn hold(&mut self, readings: &JointReadings) {
-        let executor = self.executor.get_or_insert_with(|| Executor::holding(readings.arm_q_rad));
+        self.ensure_reference(readings);
         if !self.held {
             self.held = true;
-            executor.hold(readings.arm_q_rad);
+            self.executor.hold(readings.arm_q_rad);
         }
         // A finger that presses with a wanted torque goes on doing so: letting go would drop the object.
         for motor in &mut self.hand.0 {
@@ -193,9 +215,10 @@ impl Controller {
 
     /// Torques for the present reference.
     fn act(&mut self, readings: &JointReadings, out: &mut Outputs) {
-        if let Some(executor) = &self.executor {
+        if self.has_reference {
             let payload_kg = self.mission.payload_kg();
-            out.commands.arm_tau_nm = self.control.torques(&readings.arm_q_rad, executor.reference(), payload_kg);
+            let reference = self.executor.reference();
+            out.commands.arm_tau_nm = self.control.torques(&readings.arm_q_rad, reference, payload_kg);
             out.commands.hand = self.hand.0;
         }
     }

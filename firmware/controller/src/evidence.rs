@@ -102,7 +102,7 @@ pub enum StoreError {
 }
 
 /// All evidence about one object that stands still but for small shifts. About 11 KiB.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct EvidenceStore {
     contacts: Vec<Contact, CONTACTS_MAX>,
     free: Vec<FreeLink, FREE_LINKS_MAX>,
@@ -130,9 +130,12 @@ impl EvidenceStore {
         self.free.retain(|f| f.touch >= touch);
     }
 
-    /// Forgets everything.
-    pub fn clear(&mut self) {
-        *self = Self::new(self.top_height_m);
+    /// Forgets everything: what follows is about an object whose highest point stands `top_height_m` above the table,
+    /// metres.
+    pub fn begin(&mut self, top_height_m: f32) {
+        self.contacts.clear();
+        self.free.clear();
+        (self.top_height_m, self.touch, self.dropped) = (top_height_m, 0, 0);
     }
 
     /// Number of the touch under way; 0 before the first.

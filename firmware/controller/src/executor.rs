@@ -74,6 +74,13 @@ pub struct Executor {
     reference: Sample,
 }
 
+impl Default for Executor {
+    /// An executor that holds all joints at 0.
+    fn default() -> Self {
+        Self::holding([0.0; ARM_JOINTS])
+    }
+}
+
 impl Executor {
     /// An executor that holds `q_rad`.
     pub fn holding(q_rad: [f32; ARM_JOINTS]) -> Self {
@@ -129,7 +136,11 @@ impl Executor {
                 return Err(LoadError::StartMismatch { joint: joint as u8 });
             }
         }
-        self.trajectory.clone_from(trajectory);
+        self.trajectory.request = trajectory.request;
+        self.trajectory.guarded_from = trajectory.guarded_from;
+        // Knot by knot into place: the whole would pass over the stack.
+        self.trajectory.knots.clear();
+        let _ = self.trajectory.knots.extend_from_slice(&trajectory.knots);
         self.guard_s = trajectory.guarded_from_s().unwrap_or(f32::INFINITY);
         self.path_s = 0.0;
         self.rate = 1.0;

@@ -24,6 +24,7 @@ pub mod onset;
 pub mod optimise;
 pub mod predict;
 pub mod puck_driver;
+mod sort;
 pub mod supervisor;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;

@@ -56,6 +56,30 @@ struct Pending {
     rollout: Option<RolloutResult>,
 }
 
+impl Pending {
+    /// Nothing waits. In place: a new value would pass over the stack.
+    fn forget(&mut self) {
+        (self.setup, self.images) = (None, [None; PADS]);
+        (self.plan, self.rollout) = (None, None);
+    }
+
+    /// What has taken effect at tick `now` waits no more.
+    fn forget_until(&mut self, now: u32) {
+        self.setup = None;
+        for slot in &mut self.images {
+            if slot.is_some_and(|(effective, _)| effective <= now) {
+                *slot = None;
+            }
+        }
+        if self.plan.as_ref().is_some_and(|p| p.effective <= now) {
+            self.plan = None;
+        }
+        if self.rollout.as_ref().is_some_and(|r| r.effective <= now) {
+            self.rollout = None;
+        }
+    }
+}
+
 /// How a mission ended: what is told again and again, unhashed.
 #[derive(Clone, Copy, Debug)]
 struct End {
@@ -175,7 +199,7 @@ impl Node {
 
     /// The world has been silent for longer than any of its transfers may take: whatever comes next is new.
     pub fn forget_world(&mut self) {
-        self.setup = session::<Setup, _>(ANSWER_TIMEOUT_TICKS);
+        self.setup.forget();
         self.forget_transfers();
     }
 
@@ -212,15 +236,17 @@ impl Node {
         self.now = readings.tick;
         self.clock += 1;
         self.hash_inputs(&sensors);
-        let pending = self.take_effective();
+        self.hash_effective();
+        let (pending, due) = (&self.pending, |effective: u32| effective <= readings.tick);
         let inputs = Inputs {
             setup: pending.setup.as_ref(),
             readings: Some(readings),
-            images: pending.images.map(|i| i.map(|(_, image)| image)),
-            plan: pending.plan.as_ref(),
-            rollout: pending.rollout.as_ref(),
+            images: pending.images.map(|i| i.filter(|(effective, _)| due(*effective)).map(|(_, image)| image)),
+            plan: pending.plan.as_ref().filter(|p| due(p.effective)),
+            rollout: pending.rollout.as_ref().filter(|r| due(r.effective)),
         };
         let outputs = self.controller.tick(self.now, &inputs);
+        self.pending.forget_until(self.now);
         self.speak(&outputs, send);
         true
     }
@@ -284,10 +310,18 @@ impl Node {
                 return Err(());
             }
         }
-        take!(plan, PlanAnswer, |m: PlanAnswer| match self.is_near(m.effective) {
-            true => self.pending.plan = Some(m),
-            false => plausible = false,
-        });
+        match self.plan.accept(header, data, now) {
+            Ok(Some(transfer)) => match PlanAnswer::effective_of(transfer.payload) {
+                Ok(effective) if effective.abs_diff(self.now) > REACH_TICKS => plausible = false,
+                Ok(_) => payload_ok &= PlanAnswer::decode_into(transfer.payload, &mut self.pending.plan).is_ok(),
+                Err(_) => payload_ok = false,
+            },
+            Ok(None) => {}
+            Err(_) => {
+                self.stats.bad_frames = self.stats.bad_frames.saturating_add(1);
+                return Err(());
+            }
+        }
         take!(rollout, RolloutResult, |m: RolloutResult| match self.is_near(m.effective) {
             true => self.pending.rollout = Some(m),
             false => plausible = false,
@@ -313,51 +347,36 @@ impl Node {
 
     /// Transfers under way, numbers of those before, and what waits for its tick, all but the set-up's.
     fn forget_transfers(&mut self) {
-        self.sensors = session::<SensorFrame, _>(PERIODIC_TIMEOUT_TICKS);
-        self.tactile = session::<TactileSlice, _>(PERIODIC_TIMEOUT_TICKS);
-        self.plan = session::<PlanAnswer, _>(ANSWER_TIMEOUT_TICKS);
-        self.rollout = session::<RolloutResult, _>(ANSWER_TIMEOUT_TICKS);
-        self.pending = Pending::default();
+        self.sensors.forget();
+        self.tactile.forget();
+        self.plan.forget();
+        self.rollout.forget();
+        self.pending.forget();
     }
 
-    /// What takes effect at this tick, taken out of what waits, and hashed in order of subject.
-    fn take_effective(&mut self) -> Pending {
+    /// Hashes what takes effect at this tick, in order of subject, and counts what should have done so before.
+    fn hash_effective(&mut self) {
         let now = self.now;
-        let due = |effective: u32| effective <= now;
-        let mut taken = Pending { setup: self.pending.setup.take(), ..Pending::default() };
-        for (slot, out) in self.pending.images.iter_mut().zip(&mut taken.images) {
-            if slot.is_some_and(|(effective, _)| due(effective)) {
-                *out = slot.take();
-            }
+        let mut digest = self.digest;
+        let mut late = 0;
+        // Encoding into a digest cannot run out of room.
+        if let Some(setup) = &self.pending.setup {
+            let _ = link::digest(setup, &mut digest);
         }
-        if self.pending.plan.as_ref().is_some_and(|p| due(p.effective)) {
-            taken.plan = self.pending.plan.take();
+        for (effective, image) in self.pending.images.iter().flatten().filter(|(effective, _)| *effective <= now) {
+            late += u32::from(*effective < now);
+            let _ = link::digest(&TactileSlice::pack(image, *effective), &mut digest);
         }
-        if self.pending.rollout.as_ref().is_some_and(|r| due(r.effective)) {
-            taken.rollout = self.pending.rollout.take();
+        if let Some(plan) = self.pending.plan.as_ref().filter(|p| p.effective <= now) {
+            late += u32::from(plan.effective < now);
+            let _ = link::digest(plan, &mut digest);
         }
-        self.count_late(&taken);
-        if let Some(setup) = &taken.setup {
-            self.hash(setup);
+        if let Some(rollout) = self.pending.rollout.as_ref().filter(|r| r.effective <= now) {
+            late += u32::from(rollout.effective < now);
+            let _ = link::digest(rollout, &mut digest);
         }
-        for (effective, image) in taken.images.iter().flatten() {
-            self.hash(&TactileSlice::pack(image, *effective));
-        }
-        if let Some(plan) = &taken.plan {
-            self.hash(plan);
-        }
-        if let Some(rollout) = &taken.rollout {
-            self.hash(rollout);
-        }
-        taken
-    }
-
-    fn count_late(&mut self, taken: &Pending) {
-        let plan = taken.plan.as_ref().map(|p| p.effective);
-        let rollout = taken.rollout.as_ref().map(|r| r.effective);
-        let images = taken.images.iter().flatten().map(|(effective, _)| *effective);
-        let late = plan.into_iter().chain(rollout).chain(images).filter(|e| *e < self.now).count();
-        self.stats.late = self.stats.late.saturating_add(late as u32);
+        self.digest = digest;
+        self.stats.late = self.stats.late.saturating_add(late);
     }
 
     fn hash_inputs(&mut self, sensors: &SensorFrame) {
@@ -367,11 +386,8 @@ impl Node {
 
     /// Adds a message to the digest.
     fn hash<M: Message>(&mut self, message: &M) {
-        // A trajectory is the one message that does not fit a small buffer.
-        let mut buffer = [0; PAYLOAD_BYTES_MAX];
-        if let Ok(bytes) = link::encode(message, &mut buffer) {
-            self.digest.update(bytes);
-        }
+        // Encoding into a digest cannot run out of room.
+        let _ = link::digest(message, &mut self.digest);
     }
 
     /// Hashes what a tick brought in order of subject. The command leaves last: who has it has everything of its tick.

@@ -10,13 +10,13 @@ use crate::onset::{Felt, Onset};
 use core::f32::consts::PI;
 use nalgebra::{Isometry3, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
 use std::vec::Vec;
-use tactus_common::limits::{ARM_ACCELERATION_MAX_RAD_S2, ARM_JOINTS, FINGERS, HAND_MOTORS, PADS, TICK_S};
+use tactus_common::limits::{ARM_ACCELERATION_MAX_RAD_S2, ARM_JOINTS, FINGERS, HAND_MOTORS, TICK_S};
 use tactus_common::message::{
     PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, RefusalReason, RolloutRequest, RolloutResult, SCHEMA_VERSION,
     Setup,
 };
 use tactus_common::pose::{Interval, PlanarPose};
-use tactus_common::reading::{HandCommand, JointReadings, TactileImage, Validity};
+use tactus_common::reading::{HandCommand, JointReadings, Validity};
 use tactus_common::robot::hand::{self, HandAngles};
 use tactus_common::robot::tables::{FINGER_LIMIT, SPREAD_LIMIT};
 use tactus_common::robot::{ARM_LIMITS, HandLink, arm, dynamics, hand_prism, inverse};
@@ -358,13 +358,11 @@ impl Desk {
             felt.fingers[f] |= self.felt.fingers[f];
         }
         self.out = Outputs::idle(self.tick);
-        const NO_IMAGES: [Option<TactileImage>; PADS] = [None; PADS];
         let mut tools = Tools {
             readings: &readings,
             felt,
             plan,
             rollout,
-            images: &NO_IMAGES,
             executor: &mut self.executor,
             onset: &mut self.onset,
             hand: &mut self.hand,

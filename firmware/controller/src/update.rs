@@ -10,6 +10,7 @@ use crate::error::geometric::{Geometric, GeometricConfig};
 use crate::error::{ErrorFunction, Evaluation};
 use crate::evidence::EvidenceStore;
 use crate::optimise::{Ask, Bounds, Found, LevenbergMarquardt, LevenbergMarquardtConfig, Optimiser, start};
+use crate::sort::insertion_sort;
 use heapless::Vec;
 use nalgebra::Matrix3;
 use tactus_common::pose::PlanarPose;
@@ -67,15 +68,20 @@ pub enum Progress {
     Done,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Phase {
-    Explore { next: u16 },
-    Polish { next: usize },
+    Explore {
+        next: u16,
+    },
+    Polish {
+        next: usize,
+    },
+    #[default]
     Done,
 }
 
 /// One update; owns all its state, about 6 KiB.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Update {
     config: UpdateConfig,
     prior: Prior,
@@ -93,30 +99,30 @@ pub struct Update {
 impl Update {
     /// An update of the belief `before` on all evidence; nothing is evaluated yet.
     pub fn new(prior: &Prior, before: &Belief, config: &UpdateConfig) -> Self {
-        let bounds = prior.bounds();
-        let mut old = Vec::new();
+        let mut update = Self::default();
+        update.begin(prior, before, config);
+        update
+    }
+
+    /// Begins an update anew, in place.
+    pub fn begin(&mut self, prior: &Prior, before: &Belief, config: &UpdateConfig) {
+        self.config = *config;
+        self.prior = *prior;
+        self.bounds = prior.bounds();
+        self.old.clear();
         if before.residuals().contacts > 0 {
             for mode in before.modes().iter().take(OLD_MODES_MAX) {
-                let _ = old.push(mode.pose);
+                let _ = self.old.push(mode.pose);
             }
         }
         let interval = prior.interval;
         let is_large = interval.x_m.max(interval.y_m) > LARGE_POSITION_M || interval.phi_rad > LARGE_YAW_RAD;
-        let mut update = Self {
-            config: *config,
-            prior: *prior,
-            bounds,
-            old,
-            starts: if is_large { STARTS_LARGE } else { STARTS_SMALL },
-            phase: Phase::Explore { next: 0 },
-            search: LevenbergMarquardt::new(&config.search, &bounds, &prior.guess),
-            ends: Vec::new(),
-            polished: Vec::new(),
-            stats: UpdateStats::default(),
-            belief: before.clone(),
-        };
-        update.start_exploring(0);
-        update
+        self.starts = if is_large { STARTS_LARGE } else { STARTS_SMALL };
+        self.ends.clear();
+        self.polished.clear();
+        self.stats = UpdateStats::default();
+        self.belief.clone_from(before);
+        self.start_exploring(0);
     }
 
     /// The belief: the old one until the update is done.
@@ -174,7 +180,7 @@ impl Update {
                 if usize::from(next) < self.old.len() + usize::from(self.starts) {
                     self.start_exploring(next);
                 } else {
-                    self.ends.sort_unstable_by(|a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
+                    insertion_sort(&mut self.ends, |a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
                     merge(&mut self.ends);
                     self.start_polishing(0, narrow);
                 }
@@ -203,7 +209,7 @@ impl Update {
 
     /// The belief from the polished ends; the old one stays if there is none.
     fn gather(&mut self, narrow: &Geometric<'_>) {
-        self.polished.sort_unstable_by(|a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
+        insertion_sort(&mut self.polished, |a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
         merge(&mut self.polished);
         let Some(best) = self.polished.first().copied() else { return };
         let residuals = narrow.residuals(&best.pose);
@@ -258,13 +264,18 @@ impl Update {
 
 /// Removes from a list in order of error every end that is next to a better one.
 fn merge<const N: usize>(ends: &mut Vec<Found, N>) {
-    let mut kept: Vec<Found, N> = Vec::new();
-    for end in ends.iter() {
-        if end.evaluation.is_finite() && !kept.iter().any(|better| is_same(&better.pose, &end.pose)) {
-            let _ = kept.push(*end);
+    let mut kept = 0;
+    for at in 0..ends.len() {
+        let (better, rest) = ends.split_at(kept);
+        let Some(end) = rest.get(at - kept).copied() else { return };
+        if end.evaluation.is_finite() && !better.iter().any(|better| is_same(&better.pose, &end.pose)) {
+            if let Some(slot) = ends.get_mut(kept) {
+                *slot = end;
+            }
+            kept += 1;
         }
     }
-    *ends = kept;
+    ends.truncate(kept);
 }
 
 fn is_same(a: &PlanarPose, b: &PlanarPose) -> bool {

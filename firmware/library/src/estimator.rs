@@ -184,7 +184,7 @@ pub unsafe extern "C" fn tactus_estimator_begin_touch(estimator: *mut TactusEsti
 pub unsafe extern "C" fn tactus_estimator_clear(estimator: *mut TactusEstimator) -> TactusResult {
     // SAFETY: the header's contract.
     answer(unsafe { exclusive::<State>(estimator) }.map(|state| {
-        state.store.clear();
+        state.store.begin(state.prior.shape.top_height_m());
         state.belief = Belief::from_prior(&state.prior);
         state.running = None;
     }))

@@ -6,8 +6,8 @@ use proptest::prelude::*;
 
 const HALF: [f32; 3] = [0.1, 0.05, 0.1];
 /// About a fingertip: eight corners.
-const TIP: Prism = Prism {
-    corners_m: &[
+const TIP: Prism = Prism::new(
+    &[
         [-0.0095, -0.0095],
         [0.02, -0.0095],
         [0.055, -0.0045],
@@ -17,10 +17,9 @@ const TIP: Prism = Prism {
         [0.03, 0.0095],
         [-0.0095, 0.0095],
     ],
-    z_m: [-0.0115, 0.0115],
-};
-const BAR: Prism =
-    Prism { corners_m: &[[-0.02, -0.01], [0.08, -0.01], [0.08, 0.015], [-0.02, 0.015]], z_m: [-0.01, 0.01] };
+    [-0.0115, 0.0115],
+);
+const BAR: Prism = Prism::new(&[[-0.02, -0.01], [0.08, -0.01], [0.08, 0.015], [-0.02, 0.015]], [-0.01, 0.01]);
 
 fn pose(t: [f32; 3], axis_angle: [f32; 3]) -> Isometry3<f32> {
     Isometry3::from_parts(Translation3::new(t[0], t[1], t[2]), UnitQuaternion::new(Vector3::from(axis_angle)))
@@ -152,8 +151,7 @@ fn a_bar_above_before_and_beside_the_box_is_as_far_as_its_nearest_face() {
 fn crossed_edges_touch_along_their_common_normal() {
     // A bar turned by 45 degrees about its length, lying across a top edge of the box that runs along x.
     let quarter = core::f32::consts::FRAC_PI_4;
-    let square: Prism =
-        Prism { corners_m: &[[-0.1, -0.01], [0.1, -0.01], [0.1, 0.01], [-0.1, 0.01]], z_m: [-0.01, 0.01] };
+    let square: Prism = Prism::new(&[[-0.1, -0.01], [0.1, -0.01], [0.1, 0.01], [-0.1, 0.01]], [-0.01, 0.01]);
     let lean = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -quarter)
         * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), core::f32::consts::FRAC_PI_2)
         * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), quarter);
@@ -170,8 +168,7 @@ fn crossed_edges_touch_along_their_common_normal() {
 #[test]
 fn an_edge_along_the_prisms_own_axis_touches_an_edge_of_the_box() {
     // As above, with the post's length along its own z.
-    let post: Prism =
-        Prism { corners_m: &[[-0.01, -0.01], [0.01, -0.01], [0.01, 0.01], [-0.01, 0.01]], z_m: [-0.1, 0.1] };
+    let post: Prism = Prism::new(&[[-0.01, -0.01], [0.01, -0.01], [0.01, 0.01], [-0.01, 0.01]], [-0.1, 0.1]);
     let quarter = core::f32::consts::FRAC_PI_4;
     let lean = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), quarter)
         * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), quarter);
@@ -182,6 +179,32 @@ fn an_edge_along_the_prisms_own_axis_touches_an_edge_of_the_box() {
         let s = separation(&Isometry3::from_parts(centre.into(), lean), &post);
         assert!((s.distance_m - gap).abs() < 1e-5, "gap {gap}: {}", s.distance_m);
         assert!((s.normal_object - out).norm() < 1e-3, "{}", s.normal_object);
+    }
+}
+
+proptest! {
+    #[test]
+    fn the_winning_axis_is_found_without_looking_at_all_as_well(
+        t in [-0.3_f32..0.3, -0.3_f32..0.3, -0.3_f32..0.3], axis_angle in [-3.0_f32..3.0, -3.0_f32..3.0, -3.0_f32..3.0],
+    ) {
+        let placed = Placed::new(&pose(t, axis_angle), &TIP);
+        let mut pruned = Best { distance_m: f32::NEG_INFINITY, normal: Vector3::z(), kind: AxisKind::BoxFace };
+        box_faces(&HALF, &placed, &mut pruned);
+        prism_faces(&HALF, &placed, &mut pruned);
+        cap_edges(&HALF, &placed, &mut pruned);
+        // Every axis of `cap_edges` worked out, root and division included.
+        for (side, corner) in placed.sides() {
+            for box_axis in 0..3 {
+                let cross = cross_with_box_edge(box_axis, &side.along);
+                if cross.norm_squared() >= PARALLEL_SINE_SQ {
+                    let sign = if cross.dot(&side.outward) > 0.0 { -1.0 } else { 1.0 };
+                    let normal = cross * (sign / libm::sqrtf(cross.norm_squared()));
+                    let rise = normal.dot(&placed.axes[2]);
+                    let lowest_m = normal.dot(corner) + rise * placed.z_m[usize::from(rise <= 0.0)];
+                    prop_assert!(lowest_m - box_reach_m(&HALF, &normal) <= pruned.distance_m);
+                }
+            }
+        }
     }
 }
 
@@ -199,6 +222,6 @@ fn parallel_edges_give_finite_numbers() {
 #[test]
 fn a_pose_that_is_no_number_gives_none() {
     assert!(separation_below(&HALF, &pose([f32::NAN, 0.0, 0.0], [0.0; 3]), &BAR, f32::INFINITY).is_none());
-    let nothing = Prism { corners_m: &[], z_m: [0.0, 0.0] };
+    let nothing = Prism::new(&[], [0.0, 0.0]);
     assert!(separation_below(&HALF, &pose([0.0; 3], [0.0; 3]), &nothing, f32::INFINITY).is_none());
 }

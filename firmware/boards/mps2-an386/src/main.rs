@@ -10,7 +10,7 @@ mod uart;
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::slcan::{self, Line, Parser};
 use tactus_shell::meter::Meter;
-use tactus_shell::shell::Shell;
+use tactus_shell::Shell;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {

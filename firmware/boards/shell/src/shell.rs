@@ -9,25 +9,17 @@ use tactus_controller::node::Node;
 
 /// Without a frame of the world for so long, the world is gone: 2 s (a world that is planning sends keep-alives).
 pub const SILENCE_MS: u32 = 2_000;
-/// With real-time pacing the world is gone after 20 periods without readings, whatever else it says: 40 ms.
-pub const REAL_TIME_SILENCE_MS: u32 = SILENCE_TICKS_MAX * TICK_US / 1_000;
 /// A node without a mission says so this often: 1 Hz.
 pub const ANNOUNCEMENT_MS: u32 = 1_000;
 
-/// Who keeps time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pace {
-    /// The world, which waits for every command and may pause: a simulation.
-    Lockstep,
-    /// The clock: readings come every period or something is wrong. A robot.
-    RealTime,
-}
+/// The same where ticks come by the clock: 20 periods.
+pub const REALTIME_SILENCE_MS: u32 = SILENCE_TICKS_MAX * TICK_US / 1_000;
 
 /// The node, and when it last heard and spoke. Time is the board's milliseconds, which may wrap.
 #[derive(Clone, Debug)]
 pub struct Shell {
     node: Node,
-    pace: Pace,
+    silence_ms: u32,
     /// When the world was last heard, while that matters: ticks have come since it was last given up.
     heard_ms: Option<u32>,
     /// When the node was last announced.
@@ -39,12 +31,12 @@ pub struct Shell {
 impl Shell {
     /// A node that sends frames of this format, in lockstep with its world.
     pub fn new(mtu: Mtu) -> Self {
-        Self::paced(mtu, Pace::Lockstep)
+        Self::with_silence(mtu, SILENCE_MS)
     }
 
-    /// A node that sends frames of this format at this pace.
-    pub fn paced(mtu: Mtu, pace: Pace) -> Self {
-        Self { node: Node::new(mtu), pace, heard_ms: None, announced_ms: None, uptime_s: 0 }
+    /// A node that sends frames of this format and gives the world up after `silence_ms` milliseconds without a frame.
+    pub fn with_silence(mtu: Mtu, silence_ms: u32) -> Self {
+        Self { node: Node::new(mtu), silence_ms, heard_ms: None, announced_ms: None, uptime_s: 0 }
     }
 
     /// The node.
@@ -52,25 +44,26 @@ impl Shell {
         &self.node
     }
 
+    /// Shows this node's id on the bus without announcing it: another node that bears it will answer.
+    pub fn claim(&mut self, send: &mut dyn FnMut(CanFrame)) {
+        self.node.beat(self.uptime_s, send);
+    }
+
     /// Takes a frame; `send` gets the frames that it brings forth. `true` if the controller ticked.
     pub fn receive(&mut self, now_ms: u32, frame: &CanFrame, send: &mut dyn FnMut(CanFrame)) -> bool {
         let ticked = self.node.receive(frame, send);
         let of_world = Header::of(frame).is_ok_and(|header| header.source == WORLD);
-        let lives = of_world && self.pace == Pace::Lockstep && self.heard_ms.is_some();
-        if ticked || lives {
+        if ticked || (of_world && self.heard_ms.is_some()) {
             self.heard_ms = Some(now_ms);
         }
         ticked
     }
 
     /// For when there is no frame to take, at least every few milliseconds: makes the controller safe once the world
-    /// is silent, and announces it while it has no mission.
-    pub fn idle(&mut self, now_ms: u32, send: &mut dyn FnMut(CanFrame)) {
-        let silence_ms = match self.pace {
-            Pace::Lockstep => SILENCE_MS,
-            Pace::RealTime => REAL_TIME_SILENCE_MS,
-        };
-        if self.heard_ms.is_some_and(|heard_ms| now_ms.wrapping_sub(heard_ms) >= silence_ms) {
+    /// is silent, and announces it while it has no mission. `true` if the world was given up just now.
+    pub fn idle(&mut self, now_ms: u32, send: &mut dyn FnMut(CanFrame)) -> bool {
+        let silent = self.heard_ms.is_some_and(|heard_ms| now_ms.wrapping_sub(heard_ms) >= self.silence_ms);
+        if silent {
             self.heard_ms = None;
             self.give_up(send);
         }
@@ -82,6 +75,7 @@ impl Shell {
             }
             self.uptime_s = self.uptime_s.saturating_add(1);
         }
+        silent
     }
 
     /// The world is gone: ticks without readings until the controller is safe, if it has not reached its end.

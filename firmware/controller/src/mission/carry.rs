@@ -1,7 +1,7 @@
 //! Carry the object to its goal, set it down, let go and withdraw.
 
 use super::Tools;
-use super::trial::RETURN_RATE;
+use super::withdraw::RETURN_RATE;
 use crate::executor::Motion;
 use tactus_common::limits::FINGERS;
 use tactus_common::reading::{HandCommand, JointReadings};

@@ -5,16 +5,20 @@ use super::{Knowledge, Tools, hand};
 use crate::evidence::{ContactKind, Toucher};
 use crate::executor::Motion;
 use tactus_common::limits::FINGERS;
-use tactus_common::message::{EventKind, Preshape};
+use tactus_common::message::{EventKind, FaultReason, Preshape};
 
 /// Ticks for vibration to die before a guarded motion: 60 ms.
 const SETTLE_TICKS: u32 = 30;
+
+/// Most ticks that the hand stands above and waits for a finger to reach its preshape: 3 s, in which a free finger closes
+/// and opens twice.
+const PRESHAPE_TICKS_MAX: u32 = 1_500;
 
 /// Where the descent is.
 #[derive(Clone, Copy, Debug)]
 enum Step {
     /// On the way to the place above; fingers to their preshape.
-    Approach,
+    Approach { waited: u32 },
     /// Stands above; lets vibration die.
     SettleAbove { left: u32 },
     /// Comes down.
@@ -30,6 +34,8 @@ enum Step {
 pub enum DescentEnd {
     /// It goes on.
     NotYet,
+    /// A finger does not reach its preshape; the hand stands above.
+    Stuck(FaultReason),
     /// The hand is down, nothing was felt, contact detection starts afresh.
     Down,
     /// Something was felt on the way and noted as evidence; the hand stands.
@@ -46,23 +52,29 @@ pub struct Descent {
 impl Descent {
     /// A descent with these finger angles.
     pub fn new(preshape: Preshape) -> Self {
-        Self { preshape, step: Step::Approach }
+        Self { preshape, step: Step::Approach { waited: 0 } }
     }
 
     /// One tick.
     pub(super) fn step(&mut self, know: &mut Knowledge, tools: &mut Tools) -> DescentEnd {
         self.step = match self.step {
-            Step::Approach if tools.executor.motion() == Motion::Travelling && tools.felt.knocked.contains(&true) => {
+            Step::Approach { .. }
+                if tools.executor.motion() == Motion::Travelling && tools.felt.knocked.contains(&true) =>
+            {
                 // The object is not where even the planner's margin allows for: stop, and take it as evidence.
                 note_landing(tools.felt.knocked, false, know, tools);
                 tools.executor.stop();
                 Step::Landing
             }
-            Step::Approach => {
+            Step::Approach { waited } => {
                 let shaped = hand::preshape(&self.preshape, tools);
                 match tools.executor.motion() {
                     Motion::AtGuard if shaped => Step::SettleAbove { left: SETTLE_TICKS },
-                    _ => Step::Approach,
+                    Motion::AtGuard if waited >= PRESHAPE_TICKS_MAX => {
+                        return DescentEnd::Stuck(hand::astray(&self.preshape, tools.readings));
+                    }
+                    Motion::AtGuard => Step::Approach { waited: waited + 1 },
+                    _ => Step::Approach { waited },
                 }
             }
             Step::SettleAbove { left: 0 } => {

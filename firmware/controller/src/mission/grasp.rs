@@ -2,12 +2,11 @@
 
 use super::closing::Closing;
 use super::descent::{Descent, DescentEnd};
-use super::trial::RETURN_RATE;
-use super::{Knowledge, Tools, grip, hand};
-use crate::executor::Motion;
+use super::withdraw::Withdraw;
+use super::{Knowledge, Tools, grip};
 use core::f32::consts::FRAC_PI_2;
 use tactus_common::limits::FINGERS;
-use tactus_common::message::{HandPlacement, Preshape};
+use tactus_common::message::{FaultReason, HandPlacement, Preshape};
 use tactus_common::pose::PlanarPose;
 
 /// Ways to grasp: across the depth, F3 on either side.
@@ -20,8 +19,6 @@ const OPEN_RAD: f32 = 0.25;
 const CLOSED_RAD: f32 = 1.6;
 /// Ticks to build up the grip: 0.4 s.
 const SQUEEZE_TICKS: u32 = 200;
-/// Most ticks to open the fingers again: 3 s.
-const OPENING_TICKS_MAX: u32 = 1_500;
 
 /// Where the hand goes and how its fingers stand.
 #[derive(Clone, Copy, Debug)]
@@ -49,14 +46,15 @@ enum Step {
     Descend(Descent),
     Close(Closing),
     Squeeze { left: u32 },
-    Open { ticks: u32 },
-    Rise,
+    Withdraw(Withdraw),
 }
 
 /// How a grasp ended.
 pub enum GraspEnd {
     /// It goes on.
     NotYet,
+    /// The hand does not do what it is told.
+    Stuck(FaultReason),
     /// The object is held with these finger angles.
     Held(Preshape),
     /// Something was felt on the way down.
@@ -81,46 +79,44 @@ impl Grasp {
 
     /// One tick.
     pub(super) fn step(&mut self, know: &mut Knowledge, tools: &mut Tools) -> GraspEnd {
-        self.step = match self.step {
-            Step::Descend(mut descent) => match descent.step(know, tools) {
-                DescentEnd::NotYet => Step::Descend(descent),
-                DescentEnd::Landed => {
-                    tools.executor.go_back(RETURN_RATE);
-                    Step::Rise
-                }
-                DescentEnd::Down => Step::Close(Closing::new([true; FINGERS], CLOSED_RAD)),
+        let next = match &mut self.step {
+            Step::Descend(descent) => match descent.step(know, tools) {
+                DescentEnd::NotYet => None,
+                DescentEnd::Stuck(reason) => return GraspEnd::Stuck(reason),
+                DescentEnd::Landed => Some(Step::Withdraw(Withdraw::at_once(tools))),
+                DescentEnd::Down => Some(Step::Close(Closing::new([true; FINGERS], CLOSED_RAD))),
             },
-            Step::Close(mut closing) => {
+            Step::Close(closing) => {
                 let closed = closing.step(tools, |_, _, _| ());
                 let [f1, f2, f3] = closing.onset_inner_rad();
                 if !closed {
-                    Step::Close(closing)
+                    None
                 } else if f3.is_some() && (f1.is_some() || f2.is_some()) {
                     grip::squeeze(tools.hand);
-                    Step::Squeeze { left: SQUEEZE_TICKS }
+                    Some(Step::Squeeze { left: SQUEEZE_TICKS })
                 } else {
                     self.missed = true;
-                    Step::Open { ticks: 0 }
+                    Some(Step::Withdraw(Withdraw::OPEN_FIRST))
                 }
             }
             Step::Squeeze { left: 0 } => {
                 let r = tools.readings;
                 return GraspEnd::Held(Preshape { inner_rad: r.inner_q_rad, spread_rad: r.motor_q_rad[FINGERS] });
             }
-            Step::Squeeze { left } => Step::Squeeze { left: left - 1 },
-            Step::Open { ticks } => {
-                if hand::preshape(&self.plan.preshape, tools) || ticks >= OPENING_TICKS_MAX {
-                    tools.executor.go_back(RETURN_RATE);
-                    Step::Rise
-                } else {
-                    Step::Open { ticks: ticks + 1 }
+            Step::Squeeze { left } => {
+                *left -= 1;
+                None
+            }
+            Step::Withdraw(withdraw) => {
+                if withdraw.step(&self.plan.preshape, tools) {
+                    return if self.missed { GraspEnd::Missed } else { GraspEnd::Landed };
                 }
+                None
             }
-            Step::Rise if tools.executor.motion() == Motion::Holding => {
-                return if self.missed { GraspEnd::Missed } else { GraspEnd::Landed };
-            }
-            Step::Rise => Step::Rise,
         };
+        if let Some(next) = next {
+            self.step = next;
+        }
         GraspEnd::NotYet
     }
 }

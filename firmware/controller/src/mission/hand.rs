@@ -2,8 +2,8 @@
 
 use super::Tools;
 use nalgebra::Isometry3;
-use tactus_common::limits::FINGERS;
-use tactus_common::message::Preshape;
+use tactus_common::limits::{ARM_JOINTS, HAND_MOTORS};
+use tactus_common::message::{FaultReason, Preshape};
 use tactus_common::reading::{HandCommand, JointReadings};
 use tactus_common::robot::arm;
 use tactus_common::robot::hand::HandAngles;
@@ -16,13 +16,27 @@ pub fn measured(readings: &JointReadings) -> (Isometry3<f32>, HandAngles) {
     (arm::hand_pose(&readings.arm_q_rad), HandAngles::from_readings(&readings.motor_q_rad, &readings.inner_q_rad))
 }
 
+/// Target of each motor, radians: F1, F2, F3, spread.
+fn targets_rad(target: &Preshape) -> [f32; HAND_MOTORS] {
+    let [f1, f2, f3] = target.inner_rad;
+    [f1, f2, f3, target.spread_rad]
+}
+
+/// Motors that are not at their target.
+fn stray(target: &Preshape, readings: &JointReadings) -> impl Iterator<Item = usize> {
+    let is_near = |(target, measured): (f32, f32)| (measured - target).abs() < REACHED_RAD;
+    let reached = targets_rad(target).into_iter().zip(readings.motor_q_rad).map(is_near);
+    reached.enumerate().filter_map(|(motor, there)| (!there).then_some(motor))
+}
+
 /// Commands the preshape; `true` once it is reached.
 pub fn preshape(target: &Preshape, tools: &mut Tools) -> bool {
-    let mut reached = (tools.readings.motor_q_rad[FINGERS] - target.spread_rad).abs() < REACHED_RAD;
-    for f in 0..FINGERS {
-        tools.hand[f] = HandCommand::Position(target.inner_rad[f]);
-        reached &= (tools.readings.motor_q_rad[f] - target.inner_rad[f]).abs() < REACHED_RAD;
-    }
-    tools.hand[FINGERS] = HandCommand::Position(target.spread_rad);
-    reached
+    *tools.hand = targets_rad(target).map(HandCommand::Position);
+    stray(target, tools.readings).next().is_none()
+}
+
+/// The fault that names the first motor that is not at its target; joints of the hand count on from the arm's.
+pub fn astray(target: &Preshape, readings: &JointReadings) -> FaultReason {
+    let motor = stray(target, readings).next().unwrap_or(0);
+    FaultReason::Tracking((ARM_JOINTS + motor) as u8)
 }

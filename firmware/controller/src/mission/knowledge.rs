@@ -5,6 +5,7 @@ use crate::evidence::EvidenceStore;
 use crate::touch::TouchHistory;
 use tactus_common::message::{FaultReason, SCHEMA_VERSION, Setup};
 use tactus_common::pose::{Interval, PlanarPose};
+use tactus_common::shape::ObjectShape;
 
 /// Lengths (metres), angles (radians) and masses (kilograms) of a set-up beyond this make no sense on a table.
 pub const SETUP_MAX: f32 = 10.0;
@@ -26,29 +27,50 @@ pub struct Knowledge {
     pub goal: Option<PlanarPose>,
 }
 
-impl Knowledge {
-    /// What a set-up tells.
-    ///
-    /// # Errors
-    /// [`FaultReason::SchemaMismatch`], or [`FaultReason::BadSetup`] for values that make no sense.
-    pub fn new(setup: &Setup) -> Result<Self, FaultReason> {
-        check(setup)?;
-        let prior = Prior { guess: setup.guess, interval: setup.interval, shape: setup.shape };
-        Ok(Self {
-            setup: *setup,
-            prior,
-            belief: Belief::from_prior(&prior),
-            store: EvidenceStore::new(setup.shape.top_height_m()),
+/// A set-up that has not come yet.
+const NO_SETUP: Setup = Setup {
+    schema_version: [0; 8],
+    shape: ObjectShape::THESIS_BOX,
+    guess: PlanarPose { x_m: 0.0, y_m: 0.0, phi_rad: 0.0 },
+    interval: Interval { x_m: 0.0, y_m: 0.0, phi_rad: 0.0 },
+    displacement_m: [0.0; 2],
+    mass_kg: 0.0,
+    trials_max: 0,
+};
+
+impl Default for Knowledge {
+    /// Nothing yet.
+    fn default() -> Self {
+        Self {
+            setup: NO_SETUP,
+            prior: Prior::default(),
+            belief: Belief::default(),
+            store: EvidenceStore::default(),
             history: TouchHistory::default(),
             goal: None,
-        })
+        }
+    }
+}
+
+impl Knowledge {
+    /// Takes what a set-up tells, and forgets the rest.
+    ///
+    /// # Errors
+    /// [`FaultReason::SchemaMismatch`], or [`FaultReason::BadSetup`] for values that make no sense; nothing has changed
+    /// then.
+    pub fn begin(&mut self, setup: &Setup) -> Result<(), FaultReason> {
+        check(setup)?;
+        self.setup = *setup;
+        self.goal = None;
+        self.search_anew(setup.guess, setup.interval);
+        Ok(())
     }
 
     /// Forgets where the object was: it lies somewhere in `guess +- interval`.
     pub fn search_anew(&mut self, guess: PlanarPose, interval: Interval) {
         self.prior = Prior { guess, interval, shape: self.setup.shape };
         self.belief = Belief::from_prior(&self.prior);
-        self.store.clear();
+        self.store.begin(self.setup.shape.top_height_m());
         self.history = TouchHistory::default();
     }
 

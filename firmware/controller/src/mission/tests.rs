@@ -2,12 +2,15 @@
 
 extern crate std;
 
+use super::enquiry::{ANSWER_TICKS_MAX, REPEAT_TICKS};
+use super::foresight::CONFIRM_RAD;
 use super::knowledge::SETUP_MAX;
 use super::*;
 use crate::testing::{BOX, Desk, TRUTH, plan, rollout, setup};
 use std::vec::Vec;
-use tactus_common::message::SCHEMA_VERSION;
+use tactus_common::message::{PlanAnswer, RolloutRequest, RolloutResult, SCHEMA_VERSION};
 use tactus_common::pose::{Interval, wrap};
+use tactus_common::trajectory::Trajectory;
 
 /// A touch takes 5,000 ticks at most on this bench; missions that take longer than this hang.
 const TICKS_MAX: u32 = 120_000;
@@ -23,7 +26,7 @@ fn willing(request: &PlanRequest) -> Option<Result<Trajectory, RefusalReason>> {
 pub(super) fn knowledge() -> Knowledge {
     let mut mission = Mission::default();
     mission.begin(&setup()).expect("a set-up that makes sense");
-    mission.knowledge.expect("begun")
+    mission.knowledge
 }
 
 /// A mission with a host.
@@ -210,6 +213,50 @@ fn a_host_that_answers_no_plan_request_is_a_fault_after_the_time_for_answers() {
     assert_eq!(rig.mission.fault(), None, "not one tick early");
     rig.tick();
     assert_eq!(rig.mission.fault(), Some(FaultReason::HostSlow));
+}
+
+#[test]
+fn a_question_that_is_lost_is_put_again_under_its_number_and_the_mission_goes_on() {
+    let mut rig = Rig::new(&setup());
+    rig.planner = |_| None;
+    rig.until("request", |rig| !rig.requests.is_empty());
+    let asked = rig.requests[0];
+    for repeats in 1..=2 {
+        rig.until("repeat", |rig| rig.requests.len() > repeats);
+        assert_eq!(rig.requests[repeats], asked);
+    }
+    rig.planner = willing;
+    assert_eq!(rig.outcome(), Outcome::Transported);
+}
+
+#[test]
+fn a_rollout_that_is_lost_is_asked_for_again() {
+    let mut rig = Rig::new(&setup());
+    rig.mental = |_| None;
+    let asked = |rig: &Rig| rig.desk.out.rollout_request;
+    rig.until("rollout", |rig| asked(rig).is_some());
+    let first = asked(&rig);
+    rig.tick();
+    assert_eq!(rig.until("repeat", |rig| asked(rig).is_some()), REPEAT_TICKS - 1);
+    assert_eq!(asked(&rig), first);
+}
+
+#[test]
+fn a_finger_that_never_reaches_its_shape_is_a_fault_that_names_it() {
+    for purpose in [Purpose::Touch, Purpose::Grasp] {
+        let mut rig = Rig::new(&setup());
+        rig.until("motion", |rig| rig.requests.last().is_some_and(|r| r.purpose == purpose));
+        let mut ticks = 0;
+        while rig.mission.fault().is_none() {
+            rig.tick();
+            // F2 hangs.
+            rig.desk.bench.hand.motor_q_rad[1] = 1.0;
+            ticks += 1;
+            assert!(ticks < 10_000, "{purpose:?}: {:?}", rig.mission.phase());
+        }
+        assert_eq!(rig.mission.fault(), Some(FaultReason::Tracking(8)), "{purpose:?}");
+        assert_eq!(rig.desk.executor.motion(), crate::executor::Motion::AtGuard, "it did not come down");
+    }
 }
 
 #[test]

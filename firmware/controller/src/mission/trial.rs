@@ -2,19 +2,15 @@
 
 use super::closing::Closing;
 use super::descent::{Descent, DescentEnd};
+use super::withdraw::Withdraw;
 use super::{Knowledge, Tools, hand};
 use crate::evidence::{ContactKind, Toucher};
-use crate::executor::Motion;
 use crate::touch::TouchPlan;
 use tactus_common::limits::{ARM_JOINTS, FINGERS};
-use tactus_common::message::EventKind;
+use tactus_common::message::{EventKind, FaultReason};
 
 /// A finger that comes this far without feeling anything has missed, radians.
 const CLOSED_RAD: f32 = 1.75;
-/// Most ticks to open the fingers again: 3 s.
-const OPENING_TICKS_MAX: u32 = 1_500;
-/// The way up is this much faster than the guarded way down.
-pub const RETURN_RATE: f32 = 3.0;
 
 /// Where a touch is.
 #[derive(Clone, Copy, Debug)]
@@ -23,16 +19,16 @@ enum Step {
     Descend(Descent),
     /// Closes.
     Close(Closing),
-    /// Opens.
-    Open { ticks: u32 },
-    /// Goes back up.
-    Rise,
+    /// Opens and goes back up.
+    Withdraw(Withdraw),
 }
 
 /// How far a touch has come.
 pub enum TrialEnd {
     /// It goes on.
     NotYet,
+    /// The hand does not do what it is told.
+    Stuck(FaultReason),
     /// The hand is above again.
     Over {
         /// Arm angles during the closing, radians.
@@ -69,44 +65,37 @@ impl Trial {
 
     /// One tick.
     pub(super) fn step(&mut self, know: &mut Knowledge, tools: &mut Tools) -> TrialEnd {
-        self.step = match self.step {
-            Step::Descend(mut descent) => match descent.step(know, tools) {
-                DescentEnd::NotYet => Step::Descend(descent),
-                DescentEnd::Landed => {
-                    tools.executor.go_back(RETURN_RATE);
-                    Step::Rise
-                }
+        let next = match &mut self.step {
+            Step::Descend(descent) => match descent.step(know, tools) {
+                DescentEnd::NotYet => None,
+                DescentEnd::Stuck(reason) => return TrialEnd::Stuck(reason),
+                DescentEnd::Landed => Some(Step::Withdraw(Withdraw::at_once(tools))),
                 DescentEnd::Down => {
                     let (world_from_hand, angles) = hand::measured(tools.readings);
                     // A full store drops the newest and counts it; the touch still counts with what it has.
                     let _ = know.store.add_free(&world_from_hand, &angles, [true; FINGERS]);
                     self.arm_q_rad = tools.readings.arm_q_rad;
-                    Step::Close(Closing::new(self.plan.closes, CLOSED_RAD))
+                    Some(Step::Close(Closing::new(self.plan.closes, CLOSED_RAD)))
                 }
             },
-            Step::Close(mut closing) => {
+            Step::Close(closing) => {
                 let closed = closing.step(tools, |f, inner_rad, tools| note_contact(f, inner_rad, know, tools));
                 if closed {
                     self.onset_inner_rad = closing.onset_inner_rad();
                     self.note_misses(know, tools);
-                    Step::Open { ticks: 0 }
-                } else {
-                    Step::Close(closing)
                 }
+                closed.then_some(Step::Withdraw(Withdraw::OPEN_FIRST))
             }
-            Step::Open { ticks } => {
-                if hand::preshape(&self.plan.preshape(), tools) || ticks >= OPENING_TICKS_MAX {
-                    tools.executor.go_back(RETURN_RATE);
-                    Step::Rise
-                } else {
-                    Step::Open { ticks: ticks + 1 }
+            Step::Withdraw(withdraw) => {
+                if withdraw.step(&self.plan.preshape(), tools) {
+                    return TrialEnd::Over { arm_q_rad: self.arm_q_rad, onset_inner_rad: self.onset_inner_rad };
                 }
+                None
             }
-            Step::Rise if tools.executor.motion() == Motion::Holding => {
-                return TrialEnd::Over { arm_q_rad: self.arm_q_rad, onset_inner_rad: self.onset_inner_rad };
-            }
-            Step::Rise => Step::Rise,
         };
+        if let Some(next) = next {
+            self.step = next;
+        }
         TrialEnd::NotYet
     }
 

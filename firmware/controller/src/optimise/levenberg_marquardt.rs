@@ -36,7 +36,7 @@ const CURVATURE_MIN: f32 = 1.0;
 const DAMPING_MAX: f32 = 1e6;
 
 /// The search. About 150 bytes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct LevenbergMarquardt {
     config: LevenbergMarquardtConfig,
     bounds: Bounds,

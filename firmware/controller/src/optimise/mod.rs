@@ -52,7 +52,7 @@ pub trait Optimiser {
 }
 
 /// The region that a search stays in: a box about the guess.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bounds {
     lower: [f32; 3],
     upper: [f32; 3],

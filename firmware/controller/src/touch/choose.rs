@@ -8,6 +8,7 @@
 use super::{CANDIDATES, TouchPlan, candidate};
 use crate::belief::{Belief, Prior, SAMPLES_MAX};
 use crate::predict::{FingerPrediction, predict};
+use crate::sort::insertion_sort;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 use tactus_common::limits::FINGERS;
@@ -87,7 +88,7 @@ struct Tally {
 }
 
 /// The choice under way. About 1.5 KiB.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Chooser {
     shape: ObjectShape,
     believed: PlanarPose,
@@ -95,7 +96,8 @@ pub struct Chooser {
     /// Information of the belief in units of [`SCALE`].
     information: Matrix3<f32>,
     log_det_before: f32,
-    history: TouchHistory,
+    /// How often each candidate was made from nearly here.
+    repeats: [u8; CANDIDATES as usize],
     ranked: RankedTouches,
     id: u8,
     sample: usize,
@@ -105,19 +107,30 @@ pub struct Chooser {
 impl Chooser {
     /// A choice for a belief, after the touches in `history`.
     pub fn new(belief: &Belief, prior: &Prior, history: &TouchHistory) -> Self {
+        let mut chooser = Self::default();
+        chooser.begin(belief, prior, history);
+        chooser
+    }
+
+    /// Begins a choice anew, in place.
+    pub fn begin(&mut self, belief: &Belief, prior: &Prior, history: &TouchHistory) {
         let covariance = scaled(&belief.covariance());
-        Self {
-            shape: prior.shape,
-            believed: belief.pose(),
-            samples: belief.samples(&prior.bounds()),
-            information: inverse(&covariance),
-            log_det_before: log_det_softened(&covariance),
-            history: history.clone(),
-            ranked: Vec::new(),
-            id: 0,
-            sample: 0,
-            tally: Tally::default(),
+        self.shape = prior.shape;
+        self.believed = belief.pose();
+        self.samples = belief.samples(&prior.bounds());
+        self.information = inverse(&covariance);
+        self.log_det_before = log_det_softened(&covariance);
+        for (id, repeats) in (0..CANDIDATES).zip(&mut self.repeats) {
+            *repeats = history.repeats(id, &self.believed) as u8;
         }
+        self.ranked.clear();
+        (self.id, self.sample) = (0, 0);
+        self.tally = Tally::default();
+    }
+
+    /// What has been ranked: all candidates, the best first, once [`Self::step`] says so.
+    pub fn ranked(&self) -> &RankedTouches {
+        &self.ranked
     }
 
     /// Predicts one candidate at one sample: about 100 kflop. `Some` when all are ranked; then again the same.
@@ -158,14 +171,14 @@ impl Chooser {
     fn finish_candidate(&mut self, plan: TouchPlan) {
         let tally = self.tally;
         let surprise = tally.touching.iter().map(|p| entropy(*p)).sum::<f32>() + entropy(tally.landing);
-        let repeats = self.history.repeats(plan.id, &self.believed) as f32;
+        let repeats = self.repeats.get(usize::from(plan.id)).map_or(0.0, |n| f32::from(*n));
         let gain = tally.gain + surprise - LANDING_PRICE * tally.landings - REPEAT_PRICE * repeats;
         let _ = self.ranked.push(Choice { plan, gain, landings: tally.landings });
         self.tally = Tally::default();
         self.sample = 0;
         self.id += 1;
         if self.id >= CANDIDATES {
-            self.ranked.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.plan.id.cmp(&b.plan.id)));
+            insertion_sort(&mut self.ranked, |a, b| b.gain.total_cmp(&a.gain).then(a.plan.id.cmp(&b.plan.id)));
         }
     }
 }

@@ -116,19 +116,6 @@ fn whatever_the_world_says_keeps_the_mission_alive_and_what_others_say_does_not(
 }
 
 #[test]
-fn in_real_time_twenty_periods_without_readings_make_it_safe_whatever_else_the_world_says() {
-    let image = TactileSlice::pack(&TactileImage { pad: 0, stamp: 0, pressure_n_cm2: [0.0; 24] }, 1);
-    let mut bench = Bench::new();
-    bench.shell = Shell::paced(Mtu::Classic, Pace::RealTime);
-    bench.begin(100);
-    assert_eq!(bench.idle::<Command>(139), 0);
-    bench.tell(139, &image);
-    assert_eq!(bench.outcome(), None);
-    assert_eq!(bench.idle::<Command>(140), SILENCE_TICKS_MAX as usize);
-    assert_eq!(bench.outcome(), Some(SILENT));
-}
-
-#[test]
 fn a_new_world_finds_it_ready_after_the_old_one_fell_silent() {
     let mut bench = Bench::new();
     bench.begin(0);

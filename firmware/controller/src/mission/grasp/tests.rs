@@ -1,6 +1,7 @@
 //! Promises of the grasp.
 
 use super::*;
+use crate::executor::Motion;
 use crate::mission::tests::knowledge;
 use crate::onset::Felt;
 use crate::testing::{BOX, Desk, TRUTH};
@@ -76,7 +77,7 @@ fn both_sides_must_feel_the_object() {
         match rig.until_over() {
             GraspEnd::Held(_) => assert!(holds, "{felt:?}"),
             GraspEnd::Missed => assert!(!holds, "{felt:?}"),
-            GraspEnd::Landed | GraspEnd::NotYet => panic!("{felt:?}"),
+            GraspEnd::Landed | GraspEnd::NotYet | GraspEnd::Stuck(_) => panic!("{felt:?}"),
         }
     }
 }

@@ -3,6 +3,7 @@
 extern crate std;
 
 use super::*;
+use crate::executor::Motion;
 use crate::mission::closing;
 use crate::mission::tests::knowledge;
 use crate::onset::Felt;

@@ -1,0 +1,28 @@
+//! What a phase works with during one tick.
+
+use crate::controller::Outputs;
+use crate::executor::Executor;
+use crate::onset::{Felt, Onset};
+use tactus_common::limits::HAND_MOTORS;
+use tactus_common::message::{PlanAnswer, RolloutResult};
+use tactus_common::reading::{HandCommand, JointReadings};
+
+/// What a phase works with during one tick.
+pub struct Tools<'a> {
+    /// Readings of this tick.
+    pub readings: &'a JointReadings,
+    /// What is felt.
+    pub felt: Felt,
+    /// The planner's answer.
+    pub plan: Option<&'a PlanAnswer>,
+    /// The mental world's answer.
+    pub rollout: Option<&'a RolloutResult>,
+    /// Moves the arm.
+    pub executor: &'a mut Executor,
+    /// Contact detection.
+    pub onset: &'a mut Onset,
+    /// Commands of the hand; kept from tick to tick.
+    pub hand: &'a mut [HandCommand; HAND_MOTORS],
+    /// What goes out.
+    pub out: &'a mut Outputs,
+}
