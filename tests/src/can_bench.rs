@@ -150,11 +150,24 @@ impl Ear {
     /// # Panics
     /// If that is not in time.
     pub fn wait_for_phase(&mut self, phase: Phase, limit: Duration) {
+        self.wait_until(limit, |listener| listener.phase() == Some(phase));
+    }
+
+    /// Waits until the mission is at this tick, or over.
+    ///
+    /// # Panics
+    /// If that is not in time.
+    pub fn wait_for_tick(&mut self, tick: u32, limit: Duration) {
+        self.wait_until(limit, |l| l.tick().is_some_and(|now| now >= tick) || l.finished().is_some());
+    }
+
+    fn wait_until(&mut self, limit: Duration, reached: impl Fn(&Eavesdropper) -> bool) {
         let started = Instant::now();
-        while self.listener.phase() != Some(phase) {
-            assert!(started.elapsed() < limit, "not in phase {phase:?} in time, but {:?}", self.listener.phase());
+        while !reached(&self.listener) {
+            let (phase, tick) = (self.listener.phase(), self.listener.tick());
+            assert!(started.elapsed() < limit, "not there within {limit:?}, but in phase {phase:?} at tick {tick:?}");
             self.bus.wait(Duration::from_millis(100));
-            while self.listener.phase() != Some(phase)
+            while !reached(&self.listener)
                 && let Some(received) = self.bus.receive()
             {
                 self.listener.hear(&received.frame);

@@ -129,6 +129,11 @@ impl Eavesdropper {
         self.phase
     }
 
+    /// Tick of the mission, as last told.
+    pub fn tick(&self) -> Option<u32> {
+        self.tick
+    }
+
     /// How the mission ended.
     pub fn finished(&self) -> Option<Outcome> {
         self.finished

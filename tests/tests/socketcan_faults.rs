@@ -11,6 +11,13 @@ use tactus_tests::process::Process;
 /// Phases in which a controller can be killed, in the order of a mission.
 const PHASES: [Phase; 6] = [Phase::Plan, Phase::Trial, Phase::Update, Phase::Grasp, Phase::Transport, Phase::Release];
 
+/// The whole number behind `text` in a line.
+fn number_after(line: &str, text: &str) -> i64 {
+    let rest = line.split(text).nth(1).unwrap_or_else(|| panic!("no \"{text}\" in {line}"));
+    let digits: String = rest.chars().take_while(char::is_ascii_digit).collect();
+    digits.parse().unwrap_or_else(|_| panic!("no number behind \"{text}\" in {line}"))
+}
+
 #[test]
 #[ignore = "needs vcan0: cargo xtask test runs it"]
 fn a_controller_killed_in_any_phase_is_reported_the_arm_let_go_and_a_new_controller_taken() {
@@ -20,11 +27,12 @@ fn a_controller_killed_in_any_phase_is_reported_the_arm_let_go_and_a_new_control
         let mut controller = ready_controller(&[]);
         ear.wait_for_phase(phase, MISSION);
         controller.kill();
-        let line = world.wait_for_nth("controller lost in phase", killed + 1, SOON);
-        // The last frames before its death may have told of the next phase already.
-        println!("{phase:?}: {line}");
-        let line = world.wait_for_nth("the arm is released: no torque since tick", killed + 1, SOON);
-        println!("{phase:?}: {line}");
+        // Its last frames may have told of the phase, and the command of that tick never came.
+        let lost = world.wait_for_nth("controller lost in phase", killed + 1, SOON);
+        let released = world.wait_for_nth("the arm is released: no torque since tick", killed + 1, SOON);
+        println!("{phase:?}: {lost}; {released}");
+        // The drives' own watch: 20 ticks without a command.
+        assert_eq!(number_after(&released, "since tick ") - number_after(&lost, "since tick "), 19);
         world.wait_for_nth("waiting for a controller", killed + 2, SOON);
     }
     let _controller = ready_controller(&["--once"]);

@@ -41,6 +41,16 @@ enum Task {
     },
     /// Formatting, clippy and documentation, warnings as errors.
     Lint,
+    /// Repeat the long tests on a CAN interface: world, times and troubles by seed. A failure prints the line that
+    /// repeats it.
+    Soak {
+        /// First seed.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// How many seeds.
+        #[arg(long, default_value_t = 10)]
+        count: u64,
+    },
     /// Run a command with an interface vcan0 (CAN FD), on this machine's own CAN or in user-mode Linux; the exit status
     /// is the command's, 124 after the time limit.
     Vcan {
@@ -66,6 +76,7 @@ fn main() -> ExitCode {
         Task::Test { only: Some(files) } => ("test", tests::run_only(&files)),
         Task::RunIgnored { counts, binaries } => ("run-ignored", tests::run_ignored(&counts, &binaries)),
         Task::Lint => ("lint", lint::run()),
+        Task::Soak { seed, count } => ("soak", tests::soak(seed, count)),
         Task::Vcan { timeout, quiet, command } => {
             return vcan::main(&command, vcan::Options { limit: Duration::from_secs(timeout), quiet });
         }

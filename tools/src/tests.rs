@@ -43,6 +43,9 @@ const PLACES: &[Place] = &[
 /// Time limit of all the tests with a CAN interface together.
 const WITH_CAN_LIMIT: Duration = Duration::from_secs(900);
 
+/// Time limit of one seed of the soak.
+const SOAK_LIMIT: Duration = Duration::from_secs(900);
+
 /// Lints and all tests.
 pub fn run() -> anyhow::Result<()> {
     setup::everything()?;
@@ -124,6 +127,19 @@ fn with_emulator(binaries: &[Binary]) -> anyhow::Result<(String, u32)> {
     Ok(("in QEMU, mps2-an386 (Cortex-M4F)".to_owned(), ignored_tests(&paths)?))
 }
 
+/// The long repeats on a real bus: `count` seeds from `seed` on.
+pub fn soak(seed: u64, count: u64) -> anyhow::Result<()> {
+    let binaries = binaries::build(&["--release", "--package", "tactus-tests"], "soak")?;
+    let mut command: Vec<OsString> =
+        vec!["env".into(), format!("TACTUS_SOAK_SEED={seed}").into(), format!("TACTUS_SOAK_COUNT={count}").into()];
+    let counts = cargo::target_folder().join("soak-passed");
+    command.extend(in_one_go(&binaries, &counts)?);
+    let limit = SOAK_LIMIT * u32::try_from(count).unwrap_or(u32::MAX).max(1);
+    let status = vcan::run(&command, Options { limit, quiet: false })?;
+    ensure!(status == 0, "soak failed (exit status {status})");
+    Ok(())
+}
+
 /// Runs the ignored tests of these binaries, and writes the number of those that passed to a file.
 pub fn run_ignored(counts: &Path, binaries: &[PathBuf]) -> anyhow::Result<()> {
     let passed = ignored_tests(binaries)?;
@@ -136,7 +152,7 @@ fn ignored_tests(binaries: &[PathBuf]) -> anyhow::Result<u32> {
     let mut failed = Vec::new();
     for binary in binaries {
         let mut command = Command::new(binary);
-        command.args(["--ignored", "--test-threads=1"]);
+        command.args(["--ignored", "--test-threads=1", "--nocapture"]);
         match passing_on(&mut command, &binary.display().to_string()) {
             Ok(0) => failed.push(format!("{}: no test ran", binary.display())),
             Ok(passed) => all += passed,
