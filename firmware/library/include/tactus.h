@@ -24,10 +24,10 @@
 #define TACTUS_ABI_VERSION 1
 
 /// Bytes that are enough for a controller on every target; `tactus_controller_size` says how many one takes here.
-#define TACTUS_CONTROLLER_SIZE 24576
+#define TACTUS_CONTROLLER_SIZE 28672
 
 /// `TACTUS_CONTROLLER_SIZE` in words of 64 bits.
-#define TACTUS_CONTROLLER_WORDS 3072
+#define TACTUS_CONTROLLER_WORDS 3584
 
 /// Alignment that a controller's memory needs, bytes.
 #define TACTUS_CONTROLLER_ALIGN 8

@@ -48,9 +48,10 @@ struct State {
 }
 
 impl State {
-    fn new(prior: Prior) -> Self {
-        let store = EvidenceStore::new(prior.shape.top_height_m());
-        Self { prior, belief: Belief::from_prior(&prior), store, running: None }
+    /// With the belief made before, nothing large stands between this and the place where it goes.
+    #[inline(always)]
+    fn new(prior: Prior, belief: Belief) -> Self {
+        Self { prior, belief, store: EvidenceStore::new(prior.shape.top_height_m()), running: None }
     }
 
     /// The store, to add to: an update in the middle must not see its evidence change.
@@ -163,7 +164,8 @@ pub unsafe extern "C" fn tactus_estimator_create(
     // SAFETY: the header's contract for all pointers.
     answer(unsafe { put(estimator, core::ptr::null_mut()) }.and_then(|()| unsafe {
         let prior = needed(prior)?.to_rust()?;
-        put(estimator, place(memory, memory_bytes, || State::new(prior))?)
+        let belief = Belief::from_prior(&prior);
+        put(estimator, place(memory, memory_bytes, || State::new(prior, belief))?)
     }))
 }
 
