@@ -4,12 +4,12 @@
 //! with the name of the [`PLACES`] where it is run. A test that is ignored and that no place takes is an error, and so is a
 //! file of a place without tests.
 
-mod binaries;
+pub mod binaries;
 mod report;
 
 use crate::setup;
 use crate::vcan::{self, Options, Place};
-use crate::{cargo, lint};
+use crate::{cargo, cross, lint};
 use anyhow::{Context, bail, ensure};
 use binaries::Binary;
 use report::{Report, count_passed};
@@ -23,15 +23,17 @@ use std::time::{Duration, Instant};
 type Run = fn(&[Binary]) -> anyhow::Result<Outcome>;
 
 /// Names with which the files of ignored tests begin, and what runs them.
-const PLACES: [(&str, Run); 1] = [("socketcan", with_can)];
+const PLACES: [(&str, Run); 2] = [("socketcan", with_can), ("firmware", cross::in_emulator)];
 
 /// Time limit of all the tests with a CAN interface together.
 const WITH_CAN_LIMIT: Duration = Duration::from_secs(600);
 
 /// What came of tests that have passed.
-struct Outcome {
-    place: String,
-    passed: u32,
+pub struct Outcome {
+    /// Where they ran.
+    pub place: String,
+    /// How many.
+    pub passed: u32,
 }
 
 /// Lints and all tests.
@@ -130,7 +132,7 @@ fn cargo_test(args: &[&str]) -> anyhow::Result<u32> {
 }
 
 /// Runs a command that runs tests, passes its output on, and counts the tests that have passed.
-fn passing_on(command: &mut Command, line: &str) -> anyhow::Result<u32> {
+pub fn passing_on(command: &mut Command, line: &str) -> anyhow::Result<u32> {
     let mut child = command.stdout(Stdio::piped()).spawn().with_context(|| format!("cannot start `{line}`"))?;
     let output = child.stdout.take().context("no output")?;
     let mut passed = 0;
