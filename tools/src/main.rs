@@ -1,7 +1,9 @@
 //! `cargo xtask`: the same commands for people and for CI. Here: the command line. [`setup`]: what the commands need
-//! from the machine. [`lint`], [`tests`]: what must be green before a change lands. [`vcan`]: a CAN interface for any command. [`cargo`]: calls of cargo.
+//! from the machine. [`lint`], [`tests`]: what must be green before a change lands. [`vcan`]: a CAN interface for any command.
+//! [`cross`]: firmware images. [`cargo`]: calls of cargo.
 
 mod cargo;
+mod cross;
 mod lint;
 mod setup;
 mod tests;
@@ -39,6 +41,9 @@ enum Task {
         /// The binaries.
         binaries: Vec<PathBuf>,
     },
+    /// Build the firmware images and hold them against firmware/budget.toml: size, stack, instructions, panic sites; the
+    /// whole main job runs in an emulator.
+    Cross,
     /// Formatting, clippy and documentation, warnings as errors.
     Lint,
     /// Repeat the long tests on a CAN interface: world, times and troubles by seed. A failure prints the line that
@@ -75,6 +80,7 @@ fn main() -> ExitCode {
         Task::Test { only: None } => ("test", tests::run()),
         Task::Test { only: Some(files) } => ("test", tests::run_only(&files)),
         Task::RunIgnored { counts, binaries } => ("run-ignored", tests::run_ignored(&counts, &binaries)),
+        Task::Cross => ("cross", cross::run()),
         Task::Lint => ("lint", lint::run()),
         Task::Soak { seed, count } => ("soak", tests::soak(seed, count)),
         Task::Vcan { timeout, quiet, command } => {

@@ -4,13 +4,13 @@
 //! with the name of one of the [`PLACES`], which run it. A test that needs something and that no place takes is an error,
 //! and so is a file of a place without such tests. (Other ignored tests are reports for people.)
 
-mod binaries;
+pub mod binaries;
 mod needs;
 mod report;
 
 use crate::setup;
 use crate::vcan::{self, Options};
-use crate::{cargo, lint};
+use crate::{cargo, cross, lint};
 use anyhow::{Context, ensure};
 use binaries::Binary;
 use report::{Report, count_passed};
@@ -37,7 +37,7 @@ const PLACES: &[Place] = &[
         packages: &[&["--package", "tactus-hil"], &["--release", "--package", "tactus-tests"]],
         run: with_can,
     },
-    Place { files: "firmware", packages: &[&["--release", "--package", "tactus-tests"]], run: with_emulator },
+    Place { files: "firmware", packages: &[&["--release", "--package", "tactus-tests"]], run: cross::in_emulator },
 ];
 
 /// Time limit of all the tests with a CAN interface together.
@@ -121,12 +121,6 @@ fn in_one_go(binaries: &[Binary], counts: &Path) -> anyhow::Result<Vec<OsString>
     Ok(command)
 }
 
-/// Tests of the firmware image in the emulator.
-fn with_emulator(binaries: &[Binary]) -> anyhow::Result<(String, u32)> {
-    let paths: Vec<PathBuf> = binaries.iter().map(|binary| binary.path.clone()).collect();
-    Ok(("in QEMU, mps2-an386 (Cortex-M4F)".to_owned(), ignored_tests(&paths)?))
-}
-
 /// The long repeats on a real bus: `count` seeds from `seed` on.
 pub fn soak(seed: u64, count: u64) -> anyhow::Result<()> {
     let binaries = binaries::build(&["--release", "--package", "tactus-tests"], "soak")?;
@@ -173,7 +167,7 @@ fn cargo_test(args: &[&str]) -> anyhow::Result<u32> {
 }
 
 /// Runs a command that runs tests, passes its output on, and counts the tests that have passed.
-fn passing_on(command: &mut Command, line: &str) -> anyhow::Result<u32> {
+pub fn passing_on(command: &mut Command, line: &str) -> anyhow::Result<u32> {
     let mut child = command.stdout(Stdio::piped()).spawn().with_context(|| format!("cannot start `{line}`"))?;
     let output = child.stdout.take().context("no output")?;
     let mut passed = 0;
