@@ -95,7 +95,11 @@ fn table(image: &Image, limits: &Limits, measured: Option<&Measured>) -> String 
         ("RAM, bytes (both)", image.ram(), Some(limits.ram_bytes)),
     ];
     if let Some(m) = measured {
-        rows.push(("worst stack, bytes (painted stack, whole main job, interrupts included)", m.stack, Some(image.stack)));
+        rows.push((
+            "worst stack, bytes (painted stack, whole main job, interrupts included)",
+            m.stack,
+            Some(image.stack),
+        ));
         rows.push(("worst tick, instructions (-icount; whole main job)", m.worst_tick, limits.tick_instructions));
         rows.push(("mean tick, instructions", m.mean_tick, None));
         rows.push(("ticks", m.ticks, None));

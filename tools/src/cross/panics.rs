@@ -146,7 +146,8 @@ fn short(path: &str) -> String {
         return own;
     }
     let parts: Vec<&str> = path.split('/').filter(|part| *part != ".").collect();
-    let after = |mark: &dyn Fn(&str) -> bool| parts.iter().rposition(|part| mark(part)).map(|at| parts[at + 1..].join("/"));
+    let after =
+        |mark: &dyn Fn(&str) -> bool| parts.iter().rposition(|part| mark(part)).map(|at| parts[at + 1..].join("/"));
     after(&|part| part == "library" || part.starts_with("index.crates.io-")).unwrap_or_else(|| path.to_owned())
 }
 
@@ -166,7 +167,11 @@ mod tests {
 
     #[test]
     fn functions_that_only_panic_are_known_by_their_names() {
-        for name in ["core::panicking::panic_bounds_check", "core::option::expect_failed", "core::slice::index::slice_index_fail"] {
+        for name in [
+            "core::panicking::panic_bounds_check",
+            "core::option::expect_failed",
+            "core::slice::index::slice_index_fail",
+        ] {
             assert!(only_panics(name), "{name}");
         }
         for name in ["core::fmt::write", "tactus_common::fail", "core::slice::sort::unstable::quicksort::quicksort"] {
