@@ -20,7 +20,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 /// Folders in `firmware/boards`, each an image of this name.
-const BOARDS: &[&str] = &["mps2-an386"];
+const BOARDS: &[&str] = &["mps2-an386", "nucleo-g474re"];
 /// The board that the emulator has, whose image measures itself.
 const EMULATED: &str = "mps2-an386";
 
