@@ -22,8 +22,8 @@ use tactus_shell::{REALTIME_SILENCE_MS, SILENCE_MS, Shell};
 
 /// The format of the frames that it sends; it receives both.
 const MTU: Mtu = if cfg!(feature = "classic") { Mtu::Classic } else { Mtu::Fd };
-/// Silence of the world after which it is given up: who keeps time decides.
-const GIVEN_UP_MS: u32 = if cfg!(feature = "lockstep") { SILENCE_MS } else { REALTIME_SILENCE_MS };
+/// Silence after which the world is given up: a robot's readings come every period, a simulation may pause.
+const SILENT_AFTER_MS: u32 = if cfg!(feature = "lockstep") { SILENCE_MS } else { REALTIME_SILENCE_MS };
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -32,23 +32,13 @@ fn main() -> ! {
     clock::start(&mut core.SYST);
     let mut light = Output::new(chip.PA5, Level::Low, Speed::Low);
     let mut bus = bus::start(chip.FDCAN1, chip.PA11, chip.PA12);
-    let shell = shell();
+    let shell = cortex_m::singleton!(: Shell = Shell::with_silence(MTU, SILENT_AFTER_MS)).expect("made once, here");
     loop {
+        let now_ms = clock::millis();
         match bus.receive() {
-            Some(frame) => {
-                shell.receive(clock::millis(), &frame, &mut |frame: CanFrame| bus.send(&frame));
-            }
-            None => {
-                shell.idle(clock::millis(), &mut |frame: CanFrame| bus.send(&frame));
-            }
-        }
+            Some(frame) => shell.receive(now_ms, &frame, &mut |frame: CanFrame| bus.send(&frame)),
+            None => shell.idle(now_ms, &mut |frame: CanFrame| bus.send(&frame)),
+        };
         light.set_level(if shell.node().is_free() { Level::Low } else { Level::High });
     }
-}
-
-/// Makes the shell. A function of its own, so that the stack which it takes to make one is free again before the first
-/// tick.
-#[inline(never)]
-fn shell() -> &'static mut Shell {
-    cortex_m::singleton!(: Shell = Shell::with_silence(MTU, GIVEN_UP_MS)).expect("made once, at the start")
 }
