@@ -4,7 +4,7 @@
 //! (a step never longer than the separation over the fastest point's speed), so nothing is jumped over.
 
 use crate::touch::TouchPlan;
-use crate::work::Work;
+use crate::work::{POSES, SEPARATION, Work};
 use tactus_common::limits::FINGERS;
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::hand::{self, ENGAGED_RATIO};
@@ -183,12 +183,12 @@ impl Finger {
         let [inner_pose, tip_pose] = hand::finger_poses(&self.knuckle, index, self.inner_rad, distal_rad);
         let (inner, tip) = (HandLink::INNERS[index], HandLink::TIPS[index]);
         // Tips touch most often, so they come first: what is known to be farther is not worked out.
-        work.spend(1);
+        work.spend(POSES + SEPARATION);
         let mut nearest = shape.separation(&tip_pose, hand_prism(tip)).map(|found| (tip, found));
         let mut look = |link: HandLink, pose: &Isometry3<f32>, bound_m: f32| {
             let limit_m = nearest.as_ref().map_or(f32::INFINITY, |(_, found)| found.distance_m);
             if bound_m < limit_m {
-                work.spend(1);
+                work.spend(SEPARATION);
                 if let Some(found) = shape.separation_below(pose, hand_prism(link), limit_m) {
                     nearest = Some((link, found));
                 }
@@ -251,8 +251,8 @@ mod tests {
             let plan = candidate(id, &SHAPE).expect("listed");
             let mut sliced = Predictor::default();
             sliced.begin(&plan, &believed, &truth, &SHAPE);
-            while !sliced.open(&mut Work::separations(1)) {}
-            while !sliced.close(&mut Work::separations(1)) {}
+            while !sliced.open(&mut Work::units(1)) {}
+            while !sliced.close(&mut Work::units(1)) {}
             assert_eq!(*sliced.felt(), predict(&plan, &believed, &truth, &SHAPE));
         }
     }
