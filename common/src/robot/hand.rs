@@ -174,12 +174,7 @@ pub fn knuckle_pose(world_from_hand: &Isometry3<f32>, finger: usize, spread_rad:
 }
 
 /// Poses of a finger's inner link and tip, on its knuckle. `finger`: 0, 1 or 2.
-pub fn finger_poses(
-    knuckle: &Isometry3<f32>,
-    finger: usize,
-    inner_rad: f32,
-    distal_rad: f32,
-) -> [Isometry3<f32>; 2] {
+pub fn finger_poses(knuckle: &Isometry3<f32>, finger: usize, inner_rad: f32, distal_rad: f32) -> [Isometry3<f32>; 2] {
     let inner = knuckle * INNER_ORIGINS[finger].isometry() * about_z(inner_rad);
     [inner, inner * TIP_ORIGINS[finger].isometry() * about_z(distal_rad)]
 }

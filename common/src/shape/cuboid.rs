@@ -240,14 +240,16 @@ fn cap_edges(half_extents_m: &[f32; 3], placed: &Placed, best: &mut Best) {
             let sign = if cross.dot(&side.outward) > 0.0 { -1.0 } else { 1.0 };
             let towards = cross * sign;
             let rise = towards.dot(&up);
-            let lowest = towards.dot(corner) + if rise > 0.0 { rise * placed.prism.z_m[0] } else { rise * placed.prism.z_m[1] };
+            let lowest =
+                towards.dot(corner) + if rise > 0.0 { rise * placed.prism.z_m[0] } else { rise * placed.prism.z_m[1] };
             if best.surpasses(lowest - box_reach_m(half_extents_m, &towards), length_sq) {
                 continue;
             }
             let length = libm::sqrtf(length_sq);
             let normal = cross * (sign / length);
             let rise = normal.dot(&up);
-            let lowest_m = normal.dot(corner) + if rise > 0.0 { rise * placed.prism.z_m[0] } else { rise * placed.prism.z_m[1] };
+            let lowest_m =
+                normal.dot(corner) + if rise > 0.0 { rise * placed.prism.z_m[0] } else { rise * placed.prism.z_m[1] };
             let distance_m = lowest_m - box_reach_m(half_extents_m, &normal);
             best.offer(distance_m, normal, AxisKind::Edges { box_axis, edge: side.along, sign });
         }

@@ -20,7 +20,7 @@ pub struct Work {
 
 impl Work {
     /// What a tick has to spare besides control and messages: two thirds of its budget of 168,000 instructions.
-    pub const PER_TICK: Self = Self::units(1_000);
+    pub const PER_TICK: Self = Self::units(750);
 
     /// So many units.
     pub const fn units(count: u32) -> Self {

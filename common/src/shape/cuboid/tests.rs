@@ -6,7 +6,8 @@ use proptest::prelude::*;
 
 const HALF: [f32; 3] = [0.1, 0.05, 0.1];
 /// About a fingertip: eight corners.
-const TIP: Prism = Prism::new(&[
+const TIP: Prism = Prism::new(
+    &[
         [-0.0095, -0.0095],
         [0.02, -0.0095],
         [0.055, -0.0045],
@@ -15,9 +16,10 @@ const TIP: Prism = Prism::new(&[
         [0.045, 0.009],
         [0.03, 0.0095],
         [-0.0095, 0.0095],
-    ], [-0.0115, 0.0115]);
-const BAR: Prism =
-    Prism::new(&[[-0.02, -0.01], [0.08, -0.01], [0.08, 0.015], [-0.02, 0.015]], [-0.01, 0.01]);
+    ],
+    [-0.0115, 0.0115],
+);
+const BAR: Prism = Prism::new(&[[-0.02, -0.01], [0.08, -0.01], [0.08, 0.015], [-0.02, 0.015]], [-0.01, 0.01]);
 
 fn pose(t: [f32; 3], axis_angle: [f32; 3]) -> Isometry3<f32> {
     Isometry3::from_parts(Translation3::new(t[0], t[1], t[2]), UnitQuaternion::new(Vector3::from(axis_angle)))
@@ -149,8 +151,7 @@ fn a_bar_above_before_and_beside_the_box_is_as_far_as_its_nearest_face() {
 fn crossed_edges_touch_along_their_common_normal() {
     // A bar turned by 45 degrees about its length, lying across a top edge of the box that runs along x.
     let quarter = core::f32::consts::FRAC_PI_4;
-    let square: Prism =
-        Prism::new(&[[-0.1, -0.01], [0.1, -0.01], [0.1, 0.01], [-0.1, 0.01]], [-0.01, 0.01]);
+    let square: Prism = Prism::new(&[[-0.1, -0.01], [0.1, -0.01], [0.1, 0.01], [-0.1, 0.01]], [-0.01, 0.01]);
     let lean = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -quarter)
         * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), core::f32::consts::FRAC_PI_2)
         * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), quarter);
@@ -167,8 +168,7 @@ fn crossed_edges_touch_along_their_common_normal() {
 #[test]
 fn an_edge_along_the_prisms_own_axis_touches_an_edge_of_the_box() {
     // As above, with the post's length along its own z.
-    let post: Prism =
-        Prism::new(&[[-0.01, -0.01], [0.01, -0.01], [0.01, 0.01], [-0.01, 0.01]], [-0.1, 0.1]);
+    let post: Prism = Prism::new(&[[-0.01, -0.01], [0.01, -0.01], [0.01, 0.01], [-0.01, 0.01]], [-0.1, 0.1]);
     let quarter = core::f32::consts::FRAC_PI_4;
     let lean = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), quarter)
         * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), quarter);
