@@ -294,9 +294,9 @@ impl Update {
 fn merge<const N: usize>(ends: &mut Vec<Found, N>) {
     let mut kept = 0;
     for at in 0..ends.len() {
-        let (better, rest) = ends.split_at(kept);
-        let Some(end) = rest.get(at - kept).copied() else { return };
-        if end.evaluation.is_finite() && !better.iter().any(|better| is_same(&better.pose, &end.pose)) {
+        let Some(end) = ends.get(at).copied() else { break };
+        let is_known = ends.iter().take(kept).any(|better| is_same(&better.pose, &end.pose));
+        if end.evaluation.is_finite() && !is_known {
             if let Some(slot) = ends.get_mut(kept) {
                 *slot = end;
             }
