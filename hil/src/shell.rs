@@ -4,23 +4,23 @@ use crate::bus::LiveBus;
 use std::time::{Duration, Instant};
 use tactus_common::can::CanFrame;
 use tactus_common::cyphal::Header;
-use tactus_common::limits::{SILENCE_TICKS_MAX, TICK_US};
 use tactus_common::link::{CONTROLLER, WORLD};
 use tactus_common::message::{EventKind, SCHEMA_VERSION};
-use tactus_controller::node::{Node, NodeStats};
+use tactus_controller::node::NodeStats;
+use tactus_shell::{REALTIME_SILENCE_MS, SILENCE_MS};
 
 /// Wait for another node of the same id to answer our first announcement.
 const CLAIM: Duration = Duration::from_millis(300);
-/// Period of announcements.
-const ANNOUNCE: Duration = Duration::from_secs(1);
-/// Silence after which a lockstep controller makes the robot safe.
-const LOCKSTEP_SILENCE: Duration = Duration::from_secs(2);
-/// The same in real time: 20 periods.
-const REALTIME_SILENCE: Duration = Duration::from_micros(SILENCE_TICKS_MAX as u64 * TICK_US as u64);
+/// Longest wait between two looks at the clock.
+const LOOK: Duration = Duration::from_millis(10);
+/// Silence of the world that ends the rest after a mission.
+const REST: Duration = Duration::from_millis(200);
 /// Patience of a controller that is there for one mission only.
 const ONCE_PATIENCE: Duration = Duration::from_secs(30);
-/// Period at which a frame is tried again that the bus has no room for, or that finds it down, and how long.
+/// Period at which a frame is tried again that the bus has no room for, or that finds it down.
 const RETRY: Duration = Duration::from_micros(200);
+/// How long: 20 periods, after which the drives have let go anyway.
+const RETRY_FOR: Duration = Duration::from_millis(REALTIME_SILENCE_MS as u64);
 
 /// How the shell behaves.
 #[derive(Clone, Copy, Debug, Default)]
@@ -77,14 +77,15 @@ pub enum Said {
 /// The controller on a bus.
 pub struct Shell<'a> {
     bus: &'a mut dyn LiveBus,
-    node: Node,
-    options: ShellOptions,
+    inner: tactus_shell::Shell,
+    once: bool,
     started: Instant,
     /// When the world was last heard.
     heard: Instant,
-    announced: Option<Instant>,
     running: bool,
     twin_told: bool,
+    /// When this node's id was last shown.
+    claimed: Option<Instant>,
     longest_tick: Duration,
 }
 
@@ -92,15 +93,16 @@ impl<'a> Shell<'a> {
     /// A controller that was just switched on.
     pub fn new(bus: &'a mut dyn LiveBus, options: ShellOptions) -> Self {
         let now = Instant::now();
+        let silence_ms = if options.realtime { REALTIME_SILENCE_MS } else { SILENCE_MS };
         Self {
-            node: Node::new(bus.mtu()),
+            inner: tactus_shell::Shell::with_silence(bus.mtu(), silence_ms),
             bus,
-            options,
+            once: options.once,
             started: now,
             heard: now,
-            announced: None,
             running: false,
             twin_told: false,
+            claimed: None,
             longest_tick: Duration::ZERO,
         }
     }
@@ -113,20 +115,21 @@ impl<'a> Shell<'a> {
         }
         tell(Said::Ready);
         loop {
-            if self.node.is_free() && self.announced.is_none_or(|at| at.elapsed() >= ANNOUNCE) {
-                self.announce();
-            }
-            let patience = if self.options.realtime && self.running { REALTIME_SILENCE / 4 } else { ANNOUNCE / 4 };
-            self.bus.wait(patience);
+            self.bus.wait(LOOK);
             if let Some(end) = self.take(tell).or_else(|| self.watch(tell)) {
                 return end;
             }
         }
     }
 
-    /// Announces this node and listens for another one of its id. `false` if there is one.
+    /// Milliseconds since the start, as the boards count them.
+    fn now_ms(&self) -> u32 {
+        self.started.elapsed().as_millis() as u32
+    }
+
+    /// Shows this node's id and listens for another node that bears it. `false` if there is one.
     fn claim(&mut self) -> bool {
-        self.announce();
+        self.claim_id();
         let until = Instant::now() + CLAIM;
         loop {
             while let Some(received) = self.bus.receive() {
@@ -142,53 +145,57 @@ impl<'a> Shell<'a> {
         }
     }
 
-    fn announce(&mut self) {
-        self.announced = Some(Instant::now());
-        let uptime_s = self.started.elapsed().as_secs() as u32;
+    /// Hands a frame to the controller; `true` if it ticked.
+    fn hand_over(&mut self, frame: &CanFrame) -> bool {
+        let now_ms = self.now_ms();
         let bus = &mut self.bus;
-        self.node.announce(uptime_s, &mut |frame| send(*bus, frame));
+        self.inner.receive(now_ms, frame, &mut |frame| send(*bus, frame))
     }
 
     /// Takes what has arrived.
     fn take(&mut self, tell: &mut dyn FnMut(Said)) -> Option<ShellEnd> {
         while let Some(received) = self.bus.receive() {
             let Ok(header) = Header::of(&received.frame) else { continue };
-            if header.source == WORLD {
-                self.heard = Instant::now();
-            }
-            let was_free = self.node.is_free();
-            let began = Instant::now();
-            let bus = &mut self.bus;
-            let ticked = self.node.receive(&received.frame, &mut |frame| send(*bus, frame));
             if header.source == CONTROLLER {
                 self.meet_twin(tell);
             }
-            if !ticked {
-                continue;
+            if header.source == WORLD {
+                self.heard = Instant::now();
             }
-            if was_free && !self.node.is_free() {
-                self.running = true;
-                self.longest_tick = Duration::ZERO;
-                tell(Said::MissionBegins);
-            }
-            self.longest_tick = self.longest_tick.max(began.elapsed());
-            if let Some(version) = self.node.foreign_version().filter(|_| was_free) {
-                tell(Said::Version(version));
-                if self.options.once {
-                    return Some(ShellEnd::Version(version));
-                }
-            }
-            if self.running && self.node.is_free() {
-                self.running = false;
-                if let Some(end) = self.tell_end(tell)
-                    && self.options.once
-                {
-                    self.linger();
-                    return Some(ShellEnd::MissionOver(end));
-                }
+            let was_free = self.inner.node().is_free();
+            let began = Instant::now();
+            if self.hand_over(&received.frame)
+                && let Some(end) = self.ticked(was_free, began.elapsed(), tell)
+            {
+                return Some(end);
             }
         }
         None
+    }
+
+    /// After a tick: did a mission begin or end?
+    fn ticked(&mut self, was_free: bool, took: Duration, tell: &mut dyn FnMut(Said)) -> Option<ShellEnd> {
+        let free = self.inner.node().is_free();
+        if was_free && !free {
+            self.running = true;
+            self.longest_tick = Duration::ZERO;
+            tell(Said::MissionBegins);
+        }
+        self.longest_tick = self.longest_tick.max(took);
+        if let Some(version) = self.inner.node().foreign_version().filter(|_| was_free) {
+            tell(Said::Version(version));
+            return self.once.then_some(ShellEnd::Version(version));
+        }
+        if !self.running || !free {
+            return None;
+        }
+        self.running = false;
+        let end = self.tell_end(tell)?;
+        if !self.once {
+            return None;
+        }
+        self.rest();
+        Some(ShellEnd::MissionOver(end))
     }
 
     /// Another controller speaks: it shall hear that it is not alone.
@@ -197,59 +204,62 @@ impl<'a> Shell<'a> {
             self.twin_told = true;
             tell(Said::Twin);
         }
-        if self.announced.is_none_or(|at| at.elapsed() >= CLAIM / 10) {
-            self.announce();
+        // Two that met while both were running must not answer each other's answers without end.
+        if self.claimed.is_none_or(|at| at.elapsed() >= CLAIM / 10) {
+            self.claim_id();
         }
     }
 
+    fn claim_id(&mut self) {
+        self.claimed = Some(Instant::now());
+        let bus = &mut self.bus;
+        self.inner.claim(&mut |frame| send(*bus, frame));
+    }
+
     fn tell_end(&self, tell: &mut dyn FnMut(Said)) -> Option<EventKind> {
-        let (end, report) = self.node.end()?;
+        let node = self.inner.node();
+        let (end, report) = node.end()?;
         tell(Said::MissionOver {
             end,
             ticks: report.ticks,
             digest: u64::from_le_bytes(report.digest),
             longest_tick: self.longest_tick,
-            stats: self.node.stats(),
+            stats: node.stats(),
         });
         Some(end)
     }
 
     /// The robot comes to rest under this controller until the world falls silent.
-    fn linger(&mut self) {
-        while self.heard.elapsed() < REALTIME_SILENCE * 5 {
-            self.bus.wait(REALTIME_SILENCE);
+    fn rest(&mut self) {
+        while self.heard.elapsed() < REST {
+            self.bus.wait(LOOK);
             while let Some(received) = self.bus.receive() {
                 self.heard = Instant::now();
-                let bus = &mut self.bus;
-                self.node.receive(&received.frame, &mut |frame| send(*bus, frame));
+                self.hand_over(&received.frame);
             }
         }
     }
 
     /// Looks at the clock.
     fn watch(&mut self, tell: &mut dyn FnMut(Said)) -> Option<ShellEnd> {
-        let silent = self.heard.elapsed();
-        let limit = if self.options.realtime { REALTIME_SILENCE } else { LOCKSTEP_SILENCE };
-        if self.running && silent >= limit {
+        let silent_for = self.heard.elapsed();
+        let now_ms = self.now_ms();
+        let bus = &mut self.bus;
+        let given_up = self.inner.idle(now_ms, &mut |frame| send(*bus, frame));
+        if given_up && self.running {
             self.running = false;
-            // As many empty ticks as it takes, and one more for the commands that follow from it.
-            for _ in 0..=SILENCE_TICKS_MAX {
-                let bus = &mut self.bus;
-                self.node.silent_tick(&mut |frame| send(*bus, frame));
-            }
-            self.node.forget_world();
-            tell(Said::Silence(silent));
+            tell(Said::Silence(silent_for));
             self.tell_end(tell);
-            return self.options.once.then_some(ShellEnd::Silence);
+            return self.once.then_some(ShellEnd::Silence);
         }
-        let idle = self.options.once && !self.running && silent >= ONCE_PATIENCE;
-        idle.then_some(ShellEnd::NoWorld)
+        let in_vain = self.once && !self.running && silent_for >= ONCE_PATIENCE;
+        in_vain.then_some(ShellEnd::NoWorld)
     }
 }
 
 /// Sends a frame; one that the bus has no room for is tried again for as long as the world would wait for it.
 fn send(bus: &mut dyn LiveBus, frame: CanFrame) {
-    let until = Instant::now() + REALTIME_SILENCE;
+    let until = Instant::now() + RETRY_FOR;
     while bus.send(frame).is_err() && Instant::now() < until {
         std::thread::sleep(RETRY);
     }

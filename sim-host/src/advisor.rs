@@ -29,7 +29,7 @@ pub enum Question {
 #[derive(Clone, Debug)]
 pub enum Reply {
     /// A trajectory, or why there is none.
-    Plan(PlanAnswer),
+    Plan(Box<PlanAnswer>),
     /// What a touch would feel like.
     Rollout(RolloutResult),
 }
@@ -57,7 +57,7 @@ impl Advisor {
     /// The answer to a question, to take effect at tick `effective`.
     pub fn answer(&mut self, question: &Question, effective: u32) -> Reply {
         match question {
-            Question::Plan(request) => Reply::Plan(self.plan(request, effective)),
+            Question::Plan(request) => Reply::Plan(Box::new(self.plan(request, effective))),
             Question::Rollout(request) => Reply::Rollout(self.rollout(request, effective)),
         }
     }

@@ -1,23 +1,38 @@
 //! The command line: a contract with tools outside this repository (see `docs/cli.md`).
 
+use crate::controller_process::ControllerProcess;
 use crate::experiment::trials::{self, TrialsOptions};
-use crate::mission::{self, MissionOptions};
+use crate::hooks::Hooks;
+use crate::host::Pace;
+use crate::mission::{self, MissionOptions, MissionReport, Progressed};
 use crate::report::{progress::Progress, summary::Summary, terminal};
 use crate::scenario::Scenario;
+use crate::serve::serve;
+use crate::wire::{InProcess, Live, Wire};
+use anyhow::Context;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::{Duration, Instant};
+use tactus_common::can::Mtu;
+use tactus_common::link::CONTROLLER;
 use tactus_common::pose::{Interval, PlanarPose};
+use tactus_hil::bus_name::BusName;
+use tactus_hil::usage::one_line;
 
 /// Exit status: usage or input error.
 const EXIT_USAGE: u8 = 2;
+/// How long `run` waits for the controller that it has started.
+const START_PATIENCE: Duration = Duration::from_secs(20);
 
 const AFTER_HELP: &str = "\
 Examples:
   tactus                                     the main job with its defaults (seed 1)
   tactus run --seed 7 --summary -            another world, the result as JSON on standard output
   tactus run --true 0.1,-0.15,0.4 --guess 0.12,-0.12,0.2
+  tactus run --bus socketcan:vcan0           the controller as a process of its own, on a CAN interface
+  tactus serve --bus socketcan:vcan0         the world alone, for tactus-controller or a board on that bus
   tactus trials --count 200 --offset 0.05,0.05,0.35 --csv trials.csv
 
 Exit status: 0 done, 2 bad usage or input, 3 the task failed, 4 fault.";
@@ -34,6 +49,9 @@ struct Cli {
 enum Command {
     /// One mission: find the box by touch, grasp it, carry it 0.5 m along -x, put it down (the default command).
     Run(RunArgs),
+    /// The world alone: waits for a controller on a bus (tactus-controller, or a board) and carries the mission out
+    /// with it. A controller that is lost leaves the arm without torque, and the next one finds the world set up anew.
+    Serve(ServeArgs),
     /// Many missions over seeds, with statistics: true poses uniform over x in [0.0, 0.3] m, y in [-0.2, 0.0] m,
     /// phi in [-pi/4, pi/4] rad; guess = truth + uniform in +-offset; run i uses seed N + i.
     Trials(TrialsArgs),
@@ -75,9 +93,6 @@ struct MethodArgs {
     /// What foretells the readings for the errors that compare contacts.
     #[arg(long, value_enum, default_value_t = Predictor::Kinematic)]
     predictor: Predictor,
-    /// Bus between controller and world: `virtual`, or `socketcan:IFACE`.
-    #[arg(long, value_name = "BUS", default_value = "virtual")]
-    bus: String,
     /// Most touches before giving up.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u8).range(1..=8))]
     max_trials: u8,
@@ -103,12 +118,69 @@ enum Predictor {
     Simulation,
 }
 
-#[derive(Args, Debug)]
-struct RunArgs {
-    #[command(flatten)]
-    common: CommonArgs,
-    #[command(flatten)]
-    method: MethodArgs,
+/// How world and controller are connected.
+#[derive(Args, Debug, Clone)]
+struct WireArgs {
+    /// Frame format [default: CAN FD where the bus carries it].
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    can: Option<CanFormat>,
+    /// What makes the ticks come: `lockstep` = world and controller wait for one another; `realtime` = the clock, every
+    /// 2 ms, answered or not.
+    #[arg(long, value_enum, default_value_t = PaceName::Lockstep)]
+    pace: PaceName,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+enum CanFormat {
+    Classic,
+    Fd,
+}
+
+impl From<CanFormat> for Mtu {
+    fn from(format: CanFormat) -> Self {
+        match format {
+            CanFormat::Classic => Self::Classic,
+            CanFormat::Fd => Self::Fd,
+        }
+    }
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+enum PaceName {
+    Lockstep,
+    Realtime,
+}
+
+impl From<PaceName> for Pace {
+    fn from(name: PaceName) -> Self {
+        match name {
+            PaceName::Lockstep => Self::Lockstep,
+            PaceName::Realtime => Self::Realtime,
+        }
+    }
+}
+
+/// Bus of `run`.
+#[derive(Clone, Debug)]
+enum RunBus {
+    Virtual,
+    Live(BusName),
+}
+
+impl std::str::FromStr for RunBus {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "virtual" => Ok(Self::Virtual),
+            text => text.parse().map(Self::Live).map_err(|error: String| format!("{error}; or virtual")),
+        }
+    }
+}
+
+/// What stands where, and what the controller is told.
+#[derive(Args, Debug, Clone)]
+struct TaskArgs {
     /// True pose of the box (metres, metres, radians) [default: the scene's, 0.2,-0.1,0].
     #[arg(long = "true", value_name = "X,Y,PHI", value_parser = triple, allow_hyphen_values = true)]
     truth: Option<[f32; 3]>,
@@ -118,9 +190,43 @@ struct RunArgs {
     /// Half widths of the interval in which the controller is told the truth lies around the guess.
     #[arg(long, value_name = "DX,DY,DPHI", value_parser = triple, default_value = "0.05,0.05,0.35")]
     interval: [f32; 3],
+}
+
+#[derive(Args, Debug)]
+struct RunArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    task: TaskArgs,
+    #[command(flatten)]
+    wire: WireArgs,
+    /// Bus between controller and world: `virtual` = both in this process; `socketcan:IFACE`: the controller is started
+    /// as a process of its own; `slcan:PATH`: it is at the other end of that serial line already.
+    #[arg(long, value_name = "BUS", default_value = "virtual")]
+    bus: RunBus,
     /// Write a recording of the run.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+struct ServeArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    task: TaskArgs,
+    #[command(flatten)]
+    wire: WireArgs,
+    /// Bus on which the controller is: `socketcan:IFACE`, or `slcan:PATH`.
+    #[arg(long, value_name = "BUS")]
+    bus: BusName,
+    /// End after so many missions (missions whose controller was lost do not count).
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    missions: u32,
 }
 
 #[derive(Args, Debug)]
@@ -166,12 +272,13 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::SUCCESS;
         }
         Err(error) => {
-            eprintln!("{}", one_line(&error));
+            eprintln!("{} (see tactus --help)", one_line(&error));
             return ExitCode::from(EXIT_USAGE);
         }
     };
     let done = match cli.command {
         Command::Run(args) => run(&args),
+        Command::Serve(args) => serve_worlds(&args),
         Command::Trials(args) => trials(&args),
         Command::Bench => crate::experiment::bench::run().map(|()| 0),
     };
@@ -194,15 +301,6 @@ fn with_default_command(args: impl IntoIterator<Item = OsString>) -> Vec<OsStrin
     args
 }
 
-/// A usage error as one line: what is wrong and where help is.
-fn one_line(error: &clap::Error) -> String {
-    let text = error.render().to_string();
-    let lines: Vec<&str> = text.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
-    let what: Vec<&str> =
-        lines.iter().copied().take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more")).collect();
-    format!("{} (see tactus --help)", what.join("; "))
-}
-
 /// Refuses by name what does not exist yet.
 fn supported(method: &MethodArgs) -> anyhow::Result<()> {
     anyhow::ensure!(method.sensors == Sensors::Real, "--sensors ideal does not exist yet; expected: real");
@@ -220,13 +318,7 @@ fn supported(method: &MethodArgs) -> anyhow::Result<()> {
         "--optimizer {}: no optimiser of that name; expected: levenberg-marquardt",
         method.optimizer
     );
-    match method.bus.as_str() {
-        "virtual" => Ok(()),
-        bus if bus.starts_with("socketcan:") => {
-            anyhow::bail!("--bus {bus}: SocketCAN does not exist yet in this build; expected: virtual")
-        }
-        bus => anyhow::bail!("--bus {bus}: no such bus; expected: virtual, or socketcan:IFACE"),
-    }
+    Ok(())
 }
 
 fn scenario(common: &CommonArgs) -> anyhow::Result<Scenario> {
@@ -243,36 +335,102 @@ fn with_dof(interval: [f32; 3], dof: u8) -> anyhow::Result<Interval> {
     Ok(Interval { x_m, y_m: if dof >= 2 { y_m } else { 0.0 }, phi_rad: if dof >= 3 { phi_rad } else { 0.0 } })
 }
 
-fn run(args: &RunArgs) -> anyhow::Result<u8> {
-    supported(&args.method)?;
-    anyhow::ensure!(args.record.is_none(), "--record does not exist yet in this build");
-    let scenario = scenario(&args.common)?;
-    let interval = with_dof(args.interval, args.method.dof)?;
-    let truth = args.truth.map_or(scenario.true_pose(), PlanarPose::from_array);
-    let guess = match args.guess {
+fn mission_options(common: &CommonArgs, method: &MethodArgs, task: &TaskArgs) -> anyhow::Result<MissionOptions> {
+    supported(method)?;
+    let scenario = scenario(common)?;
+    let interval = with_dof(task.interval, method.dof)?;
+    let truth = task.truth.map_or(scenario.true_pose(), PlanarPose::from_array);
+    let guess = match task.guess {
         Some(guess) => PlanarPose::from_array(guess),
-        None => mission::guess_around(&truth, &with_dof(mission::DEFAULT_OFFSET, args.method.dof)?, args.common.seed),
+        None => mission::guess_around(&truth, &with_dof(mission::DEFAULT_OFFSET, method.dof)?, common.seed),
     };
     scenario.check_on_table("--true", &truth)?;
     scenario.check_on_table("--guess", &guess)?;
-    let options =
-        MissionOptions { scenario, seed: args.common.seed, truth, guess, interval, trials_max: args.method.max_trials };
-    let to_stdout = args.common.summary.as_deref().is_some_and(|p| p.as_os_str() == "-");
-    let quiet = args.common.quiet || to_stdout;
-    let mut progress = Progress::new(quiet);
-    let report = mission::run(&options, &mut |event| progress.show(event))?;
-    progress.finish();
+    Ok(MissionOptions { scenario, seed: common.seed, truth, guess, interval, trials_max: method.max_trials })
+}
+
+/// Nothing is printed but errors: that was asked for, or standard output is for the summary.
+fn is_quiet(common: &CommonArgs) -> bool {
+    common.quiet || common.summary.as_deref().is_some_and(|p| p.as_os_str() == "-")
+}
+
+/// Prints and writes what came of a mission; the exit status.
+fn report(common: &CommonArgs, options: &MissionOptions, report: &MissionReport) -> anyhow::Result<u8> {
+    let quiet = is_quiet(common);
     if !quiet {
-        print!("{}", terminal::closing(&options, &report));
+        print!("{}", terminal::closing(options, report));
     }
-    if let Some(path) = &args.common.summary {
-        Summary::of(&options, &report).write(path)?;
+    if let Some(path) = &common.summary {
+        Summary::of(options, report).write(path)?;
     }
     let status = report.exit_status();
     if status != 0 && quiet {
         eprintln!("failed: {}", report.outcome_text());
     }
     Ok(status)
+}
+
+/// The world's end of a live bus.
+fn open(bus: &BusName, wire: &WireArgs) -> anyhow::Result<Live> {
+    let opened = bus.open(wire.can.map(Mtu::from), &[CONTROLLER]).with_context(|| format!("--bus {bus}"))?;
+    Live::new(bus.to_string(), opened)
+}
+
+fn run(args: &RunArgs) -> anyhow::Result<u8> {
+    let options = mission_options(&args.common, &args.method, &args.task)?;
+    anyhow::ensure!(args.record.is_none(), "--record does not exist yet in this build");
+    let pace = args.wire.pace.into();
+    let mut progress = Progress::new(is_quiet(&args.common));
+    let mut show = |event: &Progressed| progress.show(event);
+    let result = match &args.bus {
+        RunBus::Virtual => {
+            let mtu = args.wire.can.map_or(Mtu::Fd, Mtu::from);
+            mission::run_on(&options, pace, &mut InProcess::new(mtu, Hooks::NONE), &mut show)?
+        }
+        RunBus::Live(bus) => {
+            let mut live = open(bus, &args.wire)?;
+            let mut process = match bus {
+                BusName::SocketCan(_) => Some(ControllerProcess::start(bus, live.mtu(), pace)?),
+                BusName::Slcan(_) => None,
+            };
+            meet(&mut live, bus, process.as_mut())?;
+            mission::run_on(&options, pace, &mut live, &mut show)?
+        }
+    };
+    progress.finish();
+    report(&args.common, &options, &result)
+}
+
+/// Waits for the controller that was started, or is there.
+fn meet(live: &mut Live, bus: &BusName, mut process: Option<&mut ControllerProcess>) -> anyhow::Result<()> {
+    let started = Instant::now();
+    while !live.meet(Duration::from_millis(100))? {
+        if let Some(process) = &mut process {
+            process.check()?;
+        }
+        anyhow::ensure!(
+            started.elapsed() < START_PATIENCE,
+            "--bus {bus}: no controller within {:.0} s; expected one at the other end, announcing itself every second",
+            START_PATIENCE.as_secs_f32()
+        );
+    }
+    Ok(())
+}
+
+fn serve_worlds(args: &ServeArgs) -> anyhow::Result<u8> {
+    let options = mission_options(&args.common, &args.method, &args.task)?;
+    let mut live = open(&args.bus, &args.wire)?;
+    let quiet = is_quiet(&args.common);
+    let mut progress = Progress::new(quiet);
+    let mut log = |line: &str| {
+        if !quiet {
+            eprintln!("tactus serve on {}: {line}", args.bus);
+        }
+    };
+    let mut show = |event: &Progressed| progress.show(event);
+    let result = serve(&options, args.wire.pace.into(), args.missions, &mut live, &mut log, &mut show)?;
+    progress.finish();
+    report(&args.common, &options, &result)
 }
 
 fn trials(args: &TrialsArgs) -> anyhow::Result<u8> {
@@ -285,7 +443,7 @@ fn trials(args: &TrialsArgs) -> anyhow::Result<u8> {
         offset,
         trials_max: args.method.max_trials,
         jobs: args.jobs.map_or(0, usize::from),
-        quiet: args.common.quiet || args.common.summary.as_deref().is_some_and(|p| p.as_os_str() == "-"),
+        quiet: is_quiet(&args.common),
     };
     let statistics = trials::run(&options, args.csv.as_deref())?;
     if !options.quiet {

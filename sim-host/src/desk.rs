@@ -56,10 +56,12 @@ impl Desk {
                 (advisor, reply)
             }));
         }
-        reply.map(|reply| match reply {
-            Reply::Plan(answer) => Reply::Plan(tactus_common::message::PlanAnswer { effective, ..answer }),
-            Reply::Rollout(result) => Reply::Rollout(tactus_common::message::RolloutResult { effective, ..result }),
-        })
+        let mut reply = reply?;
+        match &mut reply {
+            Reply::Plan(answer) => answer.effective = effective,
+            Reply::Rollout(result) => result.effective = effective,
+        }
+        Some(reply)
     }
 
     fn fetch(&mut self) -> Option<Reply> {

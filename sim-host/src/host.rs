@@ -282,7 +282,7 @@ impl Host {
 
     fn reply(&mut self, wire: &mut dyn Wire, reply: &Reply) -> anyhow::Result<()> {
         match reply {
-            Reply::Plan(answer) => self.send(wire, answer),
+            Reply::Plan(answer) => self.send(wire, answer.as_ref()),
             Reply::Rollout(result) => self.send(wire, result),
         }
     }

@@ -3,11 +3,13 @@
 //! * [`world`]: rapier, the robot's drives and sensors, noise and mismatch. [`mental`]: rollouts of a touch.
 //! * [`plan`]: collision-free, timed motions of the arm.
 //! * [`host`]: the world's end, tick by tick. [`post`]: its messages. [`wire`]: what carries them ([`hooks`]: for tests).
-//! * [`advisor`]: answers the controller's questions; [`desk`]: when. [`mission`]: one mission from options to report.
+//! * [`advisor`]: answers the controller's questions; [`desk`]: when. [`mission`]: one mission from options to report. [`serve`]: for
+//!   controllers that come by themselves. [`controller_process`]: one that is started here.
 //! * [`experiment`]: many missions. [`report`]: what people and tools see. [`cli`], [`scenario`]: what they say.
 
 pub mod advisor;
 pub mod cli;
+pub mod controller_process;
 pub mod desk;
 pub mod experiment;
 pub mod hooks;
@@ -18,5 +20,6 @@ pub mod plan;
 pub mod post;
 pub mod report;
 pub mod scenario;
+pub mod serve;
 pub mod wire;
 pub mod world;

@@ -10,6 +10,11 @@ pub fn root() -> PathBuf {
     tools.parent().map_or(tools.clone(), PathBuf::from)
 }
 
+/// Where cargo builds.
+pub fn target_folder() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
+}
+
 /// Cargo, to be run in the workspace.
 pub fn command(args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO"));

@@ -102,6 +102,11 @@ impl Controller {
         self.has_reference.then(|| self.executor.reference())
     }
 
+    /// The mission: what it was told and what it believes.
+    pub fn mission(&self) -> &Mission {
+        &self.mission
+    }
+
     /// How the mission ended, if it did.
     pub fn outcome(&self) -> Option<Outcome> {
         match self.supervisor.fault() {

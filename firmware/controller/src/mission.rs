@@ -20,7 +20,7 @@ mod withdraw;
 
 pub use tools::Tools;
 
-use crate::belief::{Readiness, Tolerance};
+use crate::belief::{Belief, Readiness, Tolerance};
 use crate::touch::Chooser;
 use crate::update::{Progress, Update, UpdateConfig};
 use crate::work::Work;
@@ -118,6 +118,14 @@ impl Mission {
         Ok(())
     }
 
+    /// Whether a set-up makes sense, before a mission is begun with it.
+    ///
+    /// # Errors
+    /// As [`Self::begin`].
+    pub fn check(setup: &Setup) -> Result<(), FaultReason> {
+        knowledge::check(setup)
+    }
+
     /// As if no set-up had ever come. Field by field: the whole would be a copy of many kilobytes on the stack. What
     /// chooser and update hold is set anew whenever they begin.
     pub fn forget(&mut self) {
@@ -154,6 +162,11 @@ impl Mission {
     /// The believed pose.
     pub fn believed(&self) -> Option<PlanarPose> {
         self.begun.then(|| self.knowledge.belief.pose())
+    }
+
+    /// What is believed of the object's place; `None` before a mission.
+    pub fn belief(&self) -> Option<&Belief> {
+        self.begun.then_some(&self.knowledge.belief)
     }
 
     /// A status message.

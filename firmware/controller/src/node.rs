@@ -185,10 +185,15 @@ impl Node {
         self.foreign_version
     }
 
-    /// Says that this node is there, with its version; for once a second of the caller's clock while no mission is
+    /// Says that this node is on the bus, and no more: a node of the same id will answer.
+    pub fn beat(&mut self, uptime_s: u32, send: &mut dyn FnMut(CanFrame)) {
+        self.transmit(&self.heartbeat(uptime_s), send);
+    }
+
+    /// Says that this node is there and ready for a mission, with its version; for once a second of the caller's clock while no mission is
     /// under way. `uptime_s`: seconds since the caller's start.
     pub fn announce(&mut self, uptime_s: u32, send: &mut dyn FnMut(CanFrame)) {
-        self.transmit(&self.heartbeat(uptime_s), send);
+        self.beat(uptime_s, send);
         self.transmit(&Hello { schema_version: SCHEMA_VERSION.to_le_bytes() }, send);
     }
 

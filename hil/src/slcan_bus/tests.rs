@@ -111,7 +111,7 @@ fn two_threads_do_not_mix_their_lines() {
     let mut other = bus.sender().unwrap();
     let reader = std::thread::spawn(move || {
         let mut parser = Parser::new();
-        let lines = adapter.bytes().filter_map(|byte| parser.feed(byte.unwrap()));
+        let lines = std::io::BufReader::new(adapter).bytes().filter_map(|byte| parser.feed(byte.unwrap()));
         lines.take(2_000).filter(|line| matches!(line, Line::Frame(_))).count()
     });
     let writer = std::thread::spawn(move || (0..1_000).for_each(|n| other.send(frame(n, &[2; 8])).unwrap()));

@@ -58,8 +58,8 @@ impl Wire for InProcess {
         self.bus.mtu()
     }
 
-    fn meet(&mut self, _patience: Option<Duration>) -> anyhow::Result<()> {
-        Ok(())
+    fn meet(&mut self, _patience: Duration) -> anyhow::Result<bool> {
+        Ok(true)
     }
 
     fn patience(&self) -> Duration {

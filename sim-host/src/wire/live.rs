@@ -17,6 +17,8 @@ use tactus_hil::bus_meter::BusMeter;
 const PATIENCE: Duration = Duration::from_secs(2);
 /// Period of the heartbeats of a world that is busy: four within the controller's own patience.
 const KEEP_ALIVE: Duration = Duration::from_millis(500);
+/// A controller that was started anew counts its announcements from 0 again: below their period of 1 s.
+const HELLO_TIMEOUT_MS: u64 = 500;
 /// Wait before a refused frame is tried again.
 const RETRY: Duration = Duration::from_micros(200);
 
@@ -27,11 +29,11 @@ pub struct Live {
     meter: BusMeter,
     /// What the bus had suffered before this mission.
     before: LiveStats,
+    opened: Instant,
     hello: Session<{ received_bytes(SMALL_BYTES, Mtu::Fd) }>,
     heartbeat: Option<(Box<dyn SendOnly>, Sender<1>)>,
     beats: u32,
     sent_at: Instant,
-    hellos: u64,
 }
 
 impl Live {
@@ -46,19 +48,19 @@ impl Live {
             before: bus.stats(),
             bus,
             meter: BusMeter::new(BitRates::M1_5),
-            hello: Session::new(subject::<Hello>(), CONTROLLER, 0),
+            hello: Session::new(subject::<Hello>(), CONTROLLER, HELLO_TIMEOUT_MS),
+            opened: Instant::now(),
             heartbeat: Some((sender, Sender::new(WORLD, [subject::<Heartbeat>()]))),
             beats: 0,
             sent_at: Instant::now(),
-            hellos: 0,
         })
     }
 
     /// The version that a frame announces, if it completes an announcement.
     fn version_in(&mut self, frame: &CanFrame) -> Option<u64> {
         let header = Header::of(frame).ok()?;
-        self.hellos += 1;
-        let transfer = self.hello.accept(&header, frame.data(), self.hellos).ok()??;
+        let now_ms = self.opened.elapsed().as_millis() as u64;
+        let transfer = self.hello.accept(&header, frame.data(), now_ms).ok()??;
         let hello = link::decode::<Hello>(transfer.payload).ok()?;
         Some(u64::from_le_bytes(hello.schema_version))
     }
@@ -69,7 +71,7 @@ impl Wire for Live {
         self.bus.mtu()
     }
 
-    fn meet(&mut self, patience: Option<Duration>) -> anyhow::Result<()> {
+    fn meet(&mut self, patience: Duration) -> anyhow::Result<bool> {
         let started = Instant::now();
         loop {
             while let Some(received) = self.bus.receive() {
@@ -77,7 +79,7 @@ impl Wire for Live {
                     Some(SCHEMA_VERSION) => {
                         self.meter = BusMeter::new(BitRates::M1_5);
                         self.before = self.bus.stats();
-                        return Ok(());
+                        return Ok(true);
                     }
                     Some(theirs) => bail!(
                         "the controller on {} speaks version {theirs:016x} of the messages, this world \
@@ -87,15 +89,11 @@ impl Wire for Live {
                     None => {}
                 }
             }
-            if patience.is_some_and(|patience| started.elapsed() >= patience) {
-                bail!(
-                    "no controller on {} within {:.0} s; expected: tactus-controller --bus {}",
-                    self.name,
-                    started.elapsed().as_secs_f32(),
-                    self.name
-                );
+            let left = patience.saturating_sub(started.elapsed());
+            if left.is_zero() {
+                return Ok(false);
             }
-            self.bus.wait(Duration::from_millis(100));
+            self.bus.wait(left);
         }
     }
 

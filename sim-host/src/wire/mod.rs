@@ -39,11 +39,12 @@ pub trait Wire {
     /// Format of the frames to send.
     fn mtu(&self) -> Mtu;
 
-    /// Waits until a controller is there that has no mission; a mission begins, its figures at zero. `None`: for ever.
+    /// Waits until a controller is there that has no mission; a mission begins, its figures at zero. `false` if none
+    /// came within `patience`.
     ///
     /// # Errors
-    /// None came in time, or it speaks another version of the messages.
-    fn meet(&mut self, patience: Option<Duration>) -> anyhow::Result<()>;
+    /// It speaks another version of the messages.
+    fn meet(&mut self, patience: Duration) -> anyhow::Result<bool>;
 
     /// How long a missing answer is worth waiting for. Zero: what has not come will not come.
     fn patience(&self) -> Duration;

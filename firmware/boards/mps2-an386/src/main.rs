@@ -10,7 +10,7 @@ mod uart;
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::slcan::{self, Line, Parser};
 use tactus_shell::meter::Meter;
-use tactus_shell::shell::Shell;
+use tactus_shell::Shell;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -26,18 +26,18 @@ fn main() -> ! {
         let Some(byte) = uart::RECEIVED.pop() else {
             shell.idle(clock::millis(), &mut |frame: CanFrame| outbox.put(&frame));
             outbox.flush();
-            uart::sleep_until_something_happens();
+            uart::wait_until_something_happens();
             continue;
         };
         match parser.feed(byte) {
             Some(Line::Frame(frame)) => {
-                let (begun, over) = (clock::counts(), shell.node().controller().outcome().is_some());
+                let (begun, over) = (clock::counts(), shell.node().end().is_some());
                 if shell.receive(clock::millis(), &frame, &mut |frame: CanFrame| outbox.put(&frame)) {
                     meter.add(clock::counts().wrapping_sub(begun));
                 }
                 outbox.flush();
-                if !over && shell.node().controller().outcome().is_some() {
-                    report::mission(shell, &meter);
+                if let (false, Some((_, end))) = (over, shell.node().end()) {
+                    report::mission(&end, &meter);
                 }
             }
             Some(Line::Command(_)) => uart::write(&slcan::DONE),

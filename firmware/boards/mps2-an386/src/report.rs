@@ -2,8 +2,8 @@
 
 use crate::{clock, uart};
 use cortex_m_semihosting::hprintln;
+use tactus_common::message::DigestReport;
 use tactus_shell::meter::Meter;
-use tactus_shell::shell::Shell;
 
 /// Value of stack that was never used, as `cortex-m-rt` paints it.
 const PAINT: u32 = 0xcccc_cccc;
@@ -32,12 +32,13 @@ fn stack() -> (usize, usize) {
 }
 
 /// At the end of a mission.
-pub fn mission(shell: &Shell, meter: &Meter) {
+pub fn mission(report: &DigestReport, meter: &Meter) {
+    let digest = u64::from_le_bytes(report.digest);
     let (used, there) = stack();
     hprintln!(
         "tactus: mission digest={:016x} ticks={} worst_counts={} worst_tick={} mean_counts={} stack={} of={} lost={}",
-        shell.node().digest().0,
-        meter.ticks,
+        digest,
+        report.ticks,
         meter.worst,
         meter.worst_at,
         meter.mean(),

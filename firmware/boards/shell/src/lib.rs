@@ -1,7 +1,7 @@
 //! What every board needs around the controller's node, and what is no business of the controller: time as the
 //! board's clock gives it, and bytes that arrive while it computes.
 //!
-//! * [`shell`]: hands frames to the node, announces it while it waits for a mission, and makes it safe when the world
+//! * [`Shell`]: hands frames to the node, announces it while it waits for a mission, and makes it safe when the world
 //!   falls silent.
 //! * [`ring`]: bytes from an interrupt to the loop.
 //! * [`meter`]: the longest tick.
@@ -12,4 +12,6 @@
 
 pub mod meter;
 pub mod ring;
-pub mod shell;
+mod shell;
+
+pub use shell::{ANNOUNCEMENT_MS, REALTIME_SILENCE_MS, SILENCE_MS, Shell};

@@ -2,7 +2,7 @@
 
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::cyphal::Header;
-use tactus_common::limits::SILENCE_TICKS_MAX;
+use tactus_common::limits::{SILENCE_TICKS_MAX, TICK_US};
 use tactus_common::link::WORLD;
 use tactus_common::message::Phase;
 use tactus_controller::node::Node;
@@ -12,10 +12,14 @@ pub const SILENCE_MS: u32 = 2_000;
 /// A node without a mission says so this often: 1 Hz.
 pub const ANNOUNCEMENT_MS: u32 = 1_000;
 
+/// The same where ticks come by the clock: 20 periods.
+pub const REALTIME_SILENCE_MS: u32 = SILENCE_TICKS_MAX * TICK_US / 1_000;
+
 /// The node, and when it last heard and spoke. Time is the board's milliseconds, which may wrap.
 #[derive(Clone, Debug)]
 pub struct Shell {
     node: Node,
+    silence_ms: u32,
     /// When the world was last heard, while that matters: ticks have come since it was last given up.
     heard_ms: Option<u32>,
     /// When the node was last announced.
@@ -25,14 +29,24 @@ pub struct Shell {
 }
 
 impl Shell {
-    /// A node that sends frames of this format.
+    /// A node that sends frames of this format, in lockstep with its world.
     pub fn new(mtu: Mtu) -> Self {
-        Self { node: Node::new(mtu), heard_ms: None, announced_ms: None, uptime_s: 0 }
+        Self::with_silence(mtu, SILENCE_MS)
+    }
+
+    /// A node that sends frames of this format and gives the world up after `silence_ms` milliseconds without a frame.
+    pub fn with_silence(mtu: Mtu, silence_ms: u32) -> Self {
+        Self { node: Node::new(mtu), silence_ms, heard_ms: None, announced_ms: None, uptime_s: 0 }
     }
 
     /// The node.
     pub fn node(&self) -> &Node {
         &self.node
+    }
+
+    /// Shows this node's id on the bus without announcing it: another node that bears it will answer.
+    pub fn claim(&mut self, send: &mut dyn FnMut(CanFrame)) {
+        self.node.beat(self.uptime_s, send);
     }
 
     /// Takes a frame; `send` gets the frames that it brings forth. `true` if the controller ticked.
@@ -46,9 +60,10 @@ impl Shell {
     }
 
     /// For when there is no frame to take, at least every few milliseconds: makes the controller safe once the world
-    /// is silent, and announces it while it has no mission.
-    pub fn idle(&mut self, now_ms: u32, send: &mut dyn FnMut(CanFrame)) {
-        if self.heard_ms.is_some_and(|heard_ms| now_ms.wrapping_sub(heard_ms) >= SILENCE_MS) {
+    /// is silent, and announces it while it has no mission. `true` if the world was given up just now.
+    pub fn idle(&mut self, now_ms: u32, send: &mut dyn FnMut(CanFrame)) -> bool {
+        let silent = self.heard_ms.is_some_and(|heard_ms| now_ms.wrapping_sub(heard_ms) >= self.silence_ms);
+        if silent {
             self.heard_ms = None;
             self.give_up(send);
         }
@@ -60,6 +75,7 @@ impl Shell {
             }
             self.uptime_s = self.uptime_s.saturating_add(1);
         }
+        silent
     }
 
     /// The world is gone: ticks without readings until the controller is safe, if it has not reached its end.

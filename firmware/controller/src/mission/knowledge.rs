@@ -59,12 +59,7 @@ impl Knowledge {
     /// [`FaultReason::SchemaMismatch`], or [`FaultReason::BadSetup`] for values that make no sense; nothing has changed
     /// then.
     pub fn begin(&mut self, setup: &Setup) -> Result<(), FaultReason> {
-        if u64::from_le_bytes(setup.schema_version) != SCHEMA_VERSION {
-            return Err(FaultReason::SchemaMismatch);
-        }
-        if !is_sound(setup) {
-            return Err(FaultReason::BadSetup);
-        }
+        check(setup)?;
         self.setup = *setup;
         self.goal = None;
         self.search_anew(setup.guess, setup.interval);
@@ -92,6 +87,17 @@ impl Knowledge {
         let c = self.belief.covariance();
         [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]]
     }
+}
+
+/// Whether a set-up makes sense.
+///
+/// # Errors
+/// [`FaultReason::SchemaMismatch`], or [`FaultReason::BadSetup`] for values that make no sense.
+pub fn check(setup: &Setup) -> Result<(), FaultReason> {
+    if u64::from_le_bytes(setup.schema_version) != SCHEMA_VERSION {
+        return Err(FaultReason::SchemaMismatch);
+    }
+    if is_sound(setup) { Ok(()) } else { Err(FaultReason::BadSetup) }
 }
 
 /// Finite and of a size that a table has. Comparisons with a NaN are false.
