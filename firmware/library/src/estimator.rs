@@ -279,7 +279,7 @@ pub unsafe extern "C" fn tactus_estimator_update(
         }
         let State { prior, belief, store, running } = state;
         let update = running.get_or_insert_with(|| Update::new(prior, belief, &UpdateConfig::default()));
-        if update.step(evaluations_max, store) == Progress::Done {
+        if update.step_evaluations(evaluations_max, store) == Progress::Done {
             *belief = update.belief().clone();
             *running = None;
             // SAFETY: as above.

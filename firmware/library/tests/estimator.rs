@@ -117,7 +117,7 @@ fn three_touches_fitted_through_the_c_interface_give_what_they_give_in_rust() {
     for id in [0, 6, 3] {
         touch(&c, &mut store, id);
         let mut update = Update::new(&prior, &belief, &UpdateConfig::default());
-        while update.step(100, &store) != Progress::Done {}
+        while update.step_evaluations(100, &store) != Progress::Done {}
         belief = update.belief().clone();
         // Sliced finer than in Rust: that changes nothing.
         while c.slice(3) != (TactusResult::Ok, true) {}
