@@ -6,6 +6,7 @@
 
 mod budget;
 mod image;
+mod library;
 mod panics;
 mod toolchain;
 
@@ -62,8 +63,9 @@ pub fn in_emulator(binaries: &[Binary]) -> anyhow::Result<(String, u32)> {
     Ok(("in QEMU, mps2-an386 (Cortex-M4F)".to_owned(), passed))
 }
 
-/// Builds all images.
+/// Builds all images, and the library for C.
 fn images(budget: &Budget) -> anyhow::Result<Vec<Image>> {
+    library::check()?;
     BOARDS.iter().map(|board| build(board, budget)).collect()
 }
 
