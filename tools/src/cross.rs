@@ -13,7 +13,7 @@ mod toolchain;
 use crate::cargo;
 use crate::setup::{self, need};
 use crate::tests::binaries::{self, Binary};
-use crate::tests::{Outcome, passing_on};
+use crate::tests::passing_on;
 use anyhow::{Context, bail, ensure};
 use budget::{Budget, Limits, Measured};
 use image::Image;
@@ -25,18 +25,24 @@ const BOARDS: &[&str] = &["mps2-an386", "nucleo-g474re"];
 /// The board that the emulator has, whose image measures itself.
 const EMULATED: &str = "mps2-an386";
 
-/// Builds every image and holds it against its budget, the main job in the emulator included.
-pub fn run() -> anyhow::Result<()> {
-    let binaries = binaries::build(&["--release", "--package", "tactus-tests", "--test", "firmware"])?;
+/// Builds every image and holds it against its budget; unless `no_run`, the main job in the emulator included.
+pub fn run(no_run: bool) -> anyhow::Result<()> {
+    if no_run {
+        let budget = Budget::read()?;
+        for image in images(&budget)? {
+            println!("{}", table(&image, budget.limits(&image.name)?, None));
+        }
+        return Ok(());
+    }
+    let binaries = binaries::build(&["--release", "--package", "tactus-tests"], "firmware")?;
     in_emulator(&binaries).map(drop)
 }
 
 /// The same as a place where tests run: those of the image.
-pub fn in_emulator(binaries: &[Binary]) -> anyhow::Result<Outcome> {
+pub fn in_emulator(binaries: &[Binary]) -> anyhow::Result<(String, u32)> {
     need(&[setup::EMULATOR])?;
     let budget = Budget::read()?;
-    library::check()?;
-    let images = BOARDS.iter().map(|board| build(board, &budget)).collect::<anyhow::Result<Vec<_>>>()?;
+    let images = images(&budget)?;
     let measurements = folder().join(format!("{EMULATED}.measured"));
     let _ = std::fs::remove_file(&measurements);
     let tactus = binaries::command()?;
@@ -54,7 +60,13 @@ pub fn in_emulator(binaries: &[Binary]) -> anyhow::Result<Outcome> {
     }
     let image = images.iter().find(|image| image.name == EMULATED).context("the emulated board has an image")?;
     measured.check(image, limits)?;
-    Ok(Outcome { place: "image in QEMU, mps2-an386".to_owned(), passed })
+    Ok(("in QEMU, mps2-an386 (Cortex-M4F)".to_owned(), passed))
+}
+
+/// Builds all images, and the library for C.
+fn images(budget: &Budget) -> anyhow::Result<Vec<Image>> {
+    library::check()?;
+    BOARDS.iter().map(|board| build(board, budget)).collect()
 }
 
 /// Where images are put.
@@ -97,7 +109,11 @@ fn table(image: &Image, limits: &Limits, measured: Option<&Measured>) -> String 
         ("RAM, bytes (both)", image.ram(), Some(limits.ram_bytes)),
     ];
     if let Some(m) = measured {
-        rows.push(("worst stack, bytes (painted stack, whole main job, interrupts included)", m.stack, Some(image.stack)));
+        rows.push((
+            "worst stack, bytes (painted stack, whole main job, interrupts included)",
+            m.stack,
+            Some(image.stack),
+        ));
         rows.push(("worst tick, instructions (-icount; whole main job)", m.worst_tick, limits.tick_instructions));
         rows.push(("mean tick, instructions", m.mean_tick, None));
         rows.push(("ticks", m.ticks, None));

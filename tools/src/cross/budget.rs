@@ -174,7 +174,8 @@ mod tests {
 
     #[test]
     fn what_was_measured_must_keep_within_the_limits() {
-        let measured = |stack, worst_tick| Measured { digest: String::new(), ticks: 1, stack, worst_tick, mean_tick: 1 };
+        let measured =
+            |stack, worst_tick| Measured { digest: String::new(), ticks: 1, stack, worst_tick, mean_tick: 1 };
         let budget = budget();
         let limits = budget.limits("a").expect("named");
         assert!(measured(90, 50).check(&image(100), limits).is_ok());

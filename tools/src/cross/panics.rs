@@ -140,13 +140,20 @@ fn source(lines: &Loader, at: u64) -> Option<String> {
 
 /// A path without the machine's part of it.
 fn short(path: &str) -> String {
+    // What a build script made lies in a folder whose name ends with a hash: `build/CRATE-HASH/out/FILE`.
+    if let Some((_, made)) = path.split_once("/release/build/")
+        && let Some((folder, file)) = made.split_once('/')
+    {
+        return format!("{}/{file}", folder.rsplit_once('-').map_or(folder, |(name, _)| name));
+    }
     let root = crate::cargo::root();
     let own = Path::new(path).strip_prefix(&root).map(|path| path.display().to_string());
     if let Ok(own) = own {
         return own;
     }
     let parts: Vec<&str> = path.split('/').filter(|part| *part != ".").collect();
-    let after = |mark: &dyn Fn(&str) -> bool| parts.iter().rposition(|part| mark(part)).map(|at| parts[at + 1..].join("/"));
+    let after =
+        |mark: &dyn Fn(&str) -> bool| parts.iter().rposition(|part| mark(part)).map(|at| parts[at + 1..].join("/"));
     after(&|part| part == "library" || part.starts_with("index.crates.io-")).unwrap_or_else(|| path.to_owned())
 }
 
@@ -166,7 +173,11 @@ mod tests {
 
     #[test]
     fn functions_that_only_panic_are_known_by_their_names() {
-        for name in ["core::panicking::panic_bounds_check", "core::option::expect_failed", "core::slice::index::slice_index_fail"] {
+        for name in [
+            "core::panicking::panic_bounds_check",
+            "core::option::expect_failed",
+            "core::slice::index::slice_index_fail",
+        ] {
             assert!(only_panics(name), "{name}");
         }
         for name in ["core::fmt::write", "tactus_common::fail", "core::slice::sort::unstable::quicksort::quicksort"] {
@@ -181,6 +192,8 @@ mod tests {
         assert_eq!(short("/usr/src/rustc-1.96/library/core/src/fmt/float.rs"), "core/src/fmt/float.rs");
         let registry = "/home/a/.cargo/registry/src/index.crates.io-1949cf8c6b5b557f/libm-0.2.16/src/math/sinf.rs";
         assert_eq!(short(registry), "libm-0.2.16/src/math/sinf.rs");
+        let made = "/home/a/tactus/target/firmware/own/thumbv7em-none-eabihf/release/build/embassy-stm32-c07c/out/_generated.rs";
+        assert_eq!(short(made), "embassy-stm32/out/_generated.rs");
         let own = crate::cargo::root().join("common/src/pose.rs");
         assert_eq!(short(&own.display().to_string()), "common/src/pose.rs");
     }

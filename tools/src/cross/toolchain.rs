@@ -31,8 +31,9 @@ fn own_has_target() -> bool {
     let Ok(told) = told else { return false };
     let folder = PathBuf::from(String::from_utf8_lossy(&told.stdout).trim());
     told.status.success()
-        && std::fs::read_dir(folder)
-            .is_ok_and(|mut files| files.any(|f| f.is_ok_and(|f| f.file_name().to_string_lossy().starts_with("libcore-"))))
+        && std::fs::read_dir(folder).is_ok_and(|mut files| {
+            files.any(|f| f.is_ok_and(|f| f.file_name().to_string_lossy().starts_with("libcore-")))
+        })
 }
 
 /// Asks rustup for the target; gives up after a while.
