@@ -158,9 +158,11 @@ pub fn link_poses(world_from_hand: &Isometry3<f32>, angles: &HandAngles) -> [Iso
         if let Some(link) = HandLink::KNUCKLES[finger] {
             poses[link.index()] = knuckle;
         }
-        let [inner, tip] = finger_poses(&knuckle, finger, angles.inner_rad[finger], angles.distal_rad[finger]);
-        poses[HandLink::INNERS[finger].index()] = inner;
-        poses[HandLink::TIPS[finger].index()] = tip;
+        let (inner_rad, distal_rad) = (angles.inner_rad[finger], angles.distal_rad[finger]);
+        if let Some([inner, tip]) = finger_poses(&knuckle, finger, inner_rad, distal_rad) {
+            poses[HandLink::INNERS[finger].index()] = inner;
+            poses[HandLink::TIPS[finger].index()] = tip;
+        }
     }
     poses
 }
@@ -173,10 +175,16 @@ pub fn knuckle_pose(world_from_hand: &Isometry3<f32>, finger: usize, spread_rad:
     }
 }
 
-/// Poses of a finger's inner link and tip, on its knuckle. `finger`: 0, 1 or 2.
-pub fn finger_poses(knuckle: &Isometry3<f32>, finger: usize, inner_rad: f32, distal_rad: f32) -> [Isometry3<f32>; 2] {
-    let inner = knuckle * INNER_ORIGINS[finger].isometry() * about_z(inner_rad);
-    [inner, inner * TIP_ORIGINS[finger].isometry() * about_z(distal_rad)]
+/// Poses of a finger's inner link and tip, on its knuckle; `None` if there is no such finger.
+pub fn finger_poses(
+    knuckle: &Isometry3<f32>,
+    finger: usize,
+    inner_rad: f32,
+    distal_rad: f32,
+) -> Option<[Isometry3<f32>; 2]> {
+    let (inner_origin, tip_origin) = INNER_ORIGINS.get(finger).zip(TIP_ORIGINS.get(finger))?;
+    let inner = knuckle * inner_origin.isometry() * about_z(inner_rad);
+    Some([inner, inner * tip_origin.isometry() * about_z(distal_rad)])
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! (a step never longer than the separation over the fastest point's speed), so nothing is jumped over.
 
 use crate::touch::TouchPlan;
-use crate::work::Work;
+use crate::work::{POSES, SEPARATION, Work};
 use tactus_common::limits::FINGERS;
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::hand::{self, ENGAGED_RATIO};
@@ -95,9 +95,10 @@ impl Predictor {
         self.shape = *shape;
         self.sin_cos_phi = libm::sincosf(hypothesis.phi_rad);
         self.closes = plan.closes;
-        for ((index, finger), inner_rad) in self.fingers.iter_mut().enumerate().zip(plan.preopen_rad) {
+        let fingers = self.fingers.iter_mut().zip(HandLink::KNUCKLES).enumerate();
+        for ((index, (finger, link)), inner_rad) in fingers.zip(plan.preopen_rad) {
             let knuckle = hand::knuckle_pose(&object_from_hand, index, plan.spread_rad);
-            let knuckle_bound_m = match HandLink::KNUCKLES[index] {
+            let knuckle_bound_m = match link {
                 Some(link) => shape.separation_lower_bound_m(&knuckle, hand_prism(link)),
                 None => f32::INFINITY,
             };
@@ -180,22 +181,22 @@ impl Finger {
     /// The link of the finger (knuckle, inner, tip) that is nearest to the object.
     fn nearest(&self, index: usize, shape: &ObjectShape, work: &mut Work) -> Option<(HandLink, Separation)> {
         let distal_rad = ENGAGED_RATIO * self.inner_rad;
-        let [inner_pose, tip_pose] = hand::finger_poses(&self.knuckle, index, self.inner_rad, distal_rad);
-        let (inner, tip) = (HandLink::INNERS[index], HandLink::TIPS[index]);
+        let [inner_pose, tip_pose] = hand::finger_poses(&self.knuckle, index, self.inner_rad, distal_rad)?;
+        let (inner, tip) = (*HandLink::INNERS.get(index)?, *HandLink::TIPS.get(index)?);
         // Tips touch most often, so they come first: what is known to be farther is not worked out.
-        work.spend(1);
+        work.spend(POSES + SEPARATION);
         let mut nearest = shape.separation(&tip_pose, hand_prism(tip)).map(|found| (tip, found));
         let mut look = |link: HandLink, pose: &Isometry3<f32>, bound_m: f32| {
             let limit_m = nearest.as_ref().map_or(f32::INFINITY, |(_, found)| found.distance_m);
             if bound_m < limit_m {
-                work.spend(1);
+                work.spend(SEPARATION);
                 if let Some(found) = shape.separation_below(pose, hand_prism(link), limit_m) {
                     nearest = Some((link, found));
                 }
             }
         };
         look(inner, &inner_pose, shape.separation_lower_bound_m(&inner_pose, hand_prism(inner)));
-        if let Some(knuckle) = HandLink::KNUCKLES[index] {
+        if let Some(Some(knuckle)) = HandLink::KNUCKLES.get(index).copied() {
             look(knuckle, &self.knuckle, self.knuckle_bound_m);
         }
         nearest
@@ -251,8 +252,8 @@ mod tests {
             let plan = candidate(id, &SHAPE).expect("listed");
             let mut sliced = Predictor::default();
             sliced.begin(&plan, &believed, &truth, &SHAPE);
-            while !sliced.open(&mut Work::separations(1)) {}
-            while !sliced.close(&mut Work::separations(1)) {}
+            while !sliced.open(&mut Work::units(1)) {}
+            while !sliced.close(&mut Work::units(1)) {}
             assert_eq!(*sliced.felt(), predict(&plan, &believed, &truth, &SHAPE));
         }
     }
