@@ -6,6 +6,7 @@
 
 mod budget;
 mod image;
+mod library;
 mod panics;
 mod toolchain;
 
@@ -20,7 +21,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 /// Folders in `firmware/boards`, each an image of this name.
-const BOARDS: &[&str] = &["mps2-an386"];
+const BOARDS: &[&str] = &["mps2-an386", "nucleo-g474re"];
 /// The board that the emulator has, whose image measures itself.
 const EMULATED: &str = "mps2-an386";
 
@@ -34,6 +35,7 @@ pub fn run() -> anyhow::Result<()> {
 pub fn in_emulator(binaries: &[Binary]) -> anyhow::Result<(String, u32)> {
     need(&[setup::EMULATOR])?;
     let budget = Budget::read()?;
+    library::check()?;
     let images = BOARDS.iter().map(|board| build(board, &budget)).collect::<anyhow::Result<Vec<_>>>()?;
     let measurements = folder().join(format!("{EMULATED}.measured"));
     let _ = std::fs::remove_file(&measurements);

@@ -159,17 +159,6 @@ impl Update {
         if self.phase == Phase::Done { Progress::Done } else { Progress::Running }
     }
 
-    /// As [`Self::step`], for callers that count evaluations of the error instead: at most so many.
-    pub fn step_evaluations(&mut self, evaluations_max: u16, store: &EvidenceStore) -> Progress {
-        let last = self.stats.evaluations.saturating_add(evaluations_max);
-        while self.stats.evaluations < last {
-            if self.step(&mut Work::units(1), store) == Progress::Done {
-                return Progress::Done;
-            }
-        }
-        Progress::Running
-    }
-
     /// One evaluation of the search under way, or what the work allows of it.
     fn search(&mut self, error: &Geometric<'_>, work: &mut Work) {
         match (self.evaluation.as_mut(), self.search.ask()) {
@@ -392,13 +381,6 @@ mod tests {
         assert_eq!(whole_stats, sliced_stats);
         assert_eq!(whole.pose(), sliced.pose());
         assert_eq!(whole.covariance(), sliced.covariance());
-        let mut counted = Update::new(&p, &Belief::from_prior(&p), &exact());
-        let mut before = 0;
-        while counted.step_evaluations(7, &store) == Progress::Running {
-            assert_eq!(counted.stats().evaluations, before + 7);
-            before += 7;
-        }
-        assert_eq!((counted.stats(), counted.belief().pose()), (whole_stats, whole.pose()));
     }
 
     #[test]

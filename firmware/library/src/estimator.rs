@@ -10,6 +10,7 @@ use tactus_common::robot::hand::HandAngles;
 use tactus_controller::belief::{Belief, Prior};
 use tactus_controller::evidence::{ContactKind, EvidenceStore, StoreError, Toucher};
 use tactus_controller::update::{Progress, Update, UpdateConfig};
+use tactus_controller::work::Work;
 
 /// Bytes that are enough for an estimator on every target; `tactus_estimator_size` says how many one takes here.
 pub const TACTUS_ESTIMATOR_SIZE: usize = 16384;
@@ -259,27 +260,27 @@ unsafe fn add(
     how(state.open()?, &world_from_hand, &hand.angles())
 }
 
-/// Fits the pose to all evidence, a slice at a time: at most `evaluations_max` evaluations of the error (1 or more),
-/// each about the same time. The first slice begins an update; `done` becomes true when it is finished and the belief
-/// is new. A whole update takes some hundreds of evaluations; how it is sliced changes nothing in the result.
+/// Fits the pose to all evidence, a slice at a time: `work_max` (1 or more) bounds a slice, in units of about a hundred
+/// instructions of a Cortex-M4F; a slice may take one evaluation of the error more. The first slice begins an update;
+/// `done` becomes true when it is finished and the belief is new. How it is sliced changes nothing in the result.
 ///
 /// While an update runs no evidence can be added (`TACTUS_RESULT_BUSY`).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tactus_estimator_update(
     estimator: *mut TactusEstimator,
-    evaluations_max: u16,
+    work_max: u32,
     done: *mut bool,
 ) -> TactusResult {
     // SAFETY: the header's contract for both pointers.
     answer(unsafe { exclusive::<State>(estimator) }.and_then(|state| {
         // SAFETY: as above.
         unsafe { put(done, false) }?;
-        if evaluations_max == 0 {
+        if work_max == 0 {
             return Err(TactusResult::BadValue);
         }
         let State { prior, belief, store, running } = state;
         let update = running.get_or_insert_with(|| Update::new(prior, belief, &UpdateConfig::default()));
-        if update.step_evaluations(evaluations_max, store) == Progress::Done {
+        if update.step(&mut Work::units(work_max), store) == Progress::Done {
             *belief = update.belief().clone();
             *running = None;
             // SAFETY: as above.

@@ -60,7 +60,7 @@ impl Image {
 }
 
 /// Is this the name of a function that hands out memory, or of the crate that needs one?
-fn allocates(name: &str) -> bool {
+pub(super) fn allocates(name: &str) -> bool {
     let last = name.rsplit("::").next().unwrap_or(name);
     name.starts_with("alloc::")
         || name.starts_with("<alloc::")

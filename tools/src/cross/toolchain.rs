@@ -101,6 +101,25 @@ pub fn build(board: &str) -> anyhow::Result<PathBuf> {
     Ok(target.join(TARGET).join("release").join(format!("tactus-{board}")))
 }
 
+/// Builds the static library for C; where it is.
+pub fn library() -> anyhow::Result<PathBuf> {
+    let toolchain = choose()?;
+    let (label, mut command) = match toolchain {
+        Toolchain::Own => ("own", Command::new(env!("CARGO"))),
+        Toolchain::Debian => ("debian", debian()?),
+    };
+    let target = super::folder().join(label);
+    command.args(["rustc", "--package", "tactus-library", "--profile", "library", "--features", "freestanding"]);
+    command.args(["--crate-type", "staticlib", "--locked", "--target", TARGET, "--target-dir"]).arg(&target);
+    if toolchain == Toolchain::Debian {
+        command.args(["-Z", "build-std=core"]);
+    }
+    eprintln!("xtask: cargo rustc of firmware/library ({})", described());
+    let status = command.current_dir(cargo::root()).status().context("cannot start cargo")?;
+    ensure!(status.success(), "the library was not built ({status})");
+    Ok(target.join(TARGET).join("library").join("libtactus.a"))
+}
+
 /// Debian's cargo with its own compiler; rustup's usually come first in the search path.
 fn debian() -> anyhow::Result<Command> {
     let place = |name: &str| {

@@ -18,7 +18,7 @@ fn main() -> ! {
     clock::start(&mut core.SYST);
     uart::start(&mut core.NVIC);
     report::calibration();
-    let shell = cortex_m::singleton!(: Shell = Shell::new(Mtu::Classic)).expect("made once, here");
+    let shell = shell();
     let outbox = cortex_m::singleton!(: uart::Outbox = uart::Outbox::new()).expect("made once, here");
     let mut parser = Parser::new();
     let mut meter = Meter::new();
@@ -44,4 +44,11 @@ fn main() -> ! {
             Some(Line::Done | Line::Refused | Line::Other | Line::Damaged) | None => {}
         }
     }
+}
+
+/// Makes the shell. A function of its own, so that the stack which it takes to make one is free again before the first
+/// tick.
+#[inline(never)]
+fn shell() -> &'static mut Shell {
+    cortex_m::singleton!(: Shell = Shell::new(Mtu::Classic)).expect("made once, at the start")
 }
