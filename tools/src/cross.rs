@@ -25,8 +25,15 @@ const BOARDS: &[&str] = &["mps2-an386", "nucleo-g474re"];
 /// The board that the emulator has, whose image measures itself.
 const EMULATED: &str = "mps2-an386";
 
-/// Builds every image and holds it against its budget, the main job in the emulator included.
-pub fn run() -> anyhow::Result<()> {
+/// Builds every image and holds it against its budget; unless `no_run`, the main job in the emulator included.
+pub fn run(no_run: bool) -> anyhow::Result<()> {
+    if no_run {
+        let budget = Budget::read()?;
+        for image in images(&budget)? {
+            println!("{}", table(&image, budget.limits(&image.name)?, None));
+        }
+        return Ok(());
+    }
     let binaries = binaries::build(&["--release", "--package", "tactus-tests"], "firmware")?;
     in_emulator(&binaries).map(drop)
 }
@@ -35,8 +42,7 @@ pub fn run() -> anyhow::Result<()> {
 pub fn in_emulator(binaries: &[Binary]) -> anyhow::Result<(String, u32)> {
     need(&[setup::EMULATOR])?;
     let budget = Budget::read()?;
-    library::check()?;
-    let images = BOARDS.iter().map(|board| build(board, &budget)).collect::<anyhow::Result<Vec<_>>>()?;
+    let images = images(&budget)?;
     let measurements = folder().join(format!("{EMULATED}.measured"));
     let _ = std::fs::remove_file(&measurements);
     let tactus = binaries::command()?;
@@ -55,6 +61,12 @@ pub fn in_emulator(binaries: &[Binary]) -> anyhow::Result<(String, u32)> {
     let image = images.iter().find(|image| image.name == EMULATED).context("the emulated board has an image")?;
     measured.check(image, limits)?;
     Ok(("in QEMU, mps2-an386 (Cortex-M4F)".to_owned(), passed))
+}
+
+/// Builds all images, and the library for C.
+fn images(budget: &Budget) -> anyhow::Result<Vec<Image>> {
+    library::check()?;
+    BOARDS.iter().map(|board| build(board, budget)).collect()
 }
 
 /// Where images are put.

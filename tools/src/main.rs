@@ -43,7 +43,11 @@ enum Task {
     },
     /// Build the firmware images and hold them against firmware/budget.toml: size, stack, instructions, panic sites; the
     /// whole main job runs in an emulator.
-    Cross,
+    Cross {
+        /// Only what needs no emulator: build, size, panic sites.
+        #[arg(long)]
+        no_run: bool,
+    },
     /// Formatting, clippy and documentation, warnings as errors.
     Lint,
     /// Repeat the long tests on a CAN interface: world, times and troubles by seed. A failure prints the line that
@@ -80,7 +84,7 @@ fn main() -> ExitCode {
         Task::Test { only: None } => ("test", tests::run()),
         Task::Test { only: Some(files) } => ("test", tests::run_only(&files)),
         Task::RunIgnored { counts, binaries } => ("run-ignored", tests::run_ignored(&counts, &binaries)),
-        Task::Cross => ("cross", cross::run()),
+        Task::Cross { no_run } => ("cross", cross::run(no_run)),
         Task::Lint => ("lint", lint::run()),
         Task::Soak { seed, count } => ("soak", tests::soak(seed, count)),
         Task::Vcan { timeout, quiet, command } => {

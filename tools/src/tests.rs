@@ -24,20 +24,22 @@ use std::time::{Duration, Instant};
 struct Place {
     /// How their names begin.
     files: &'static str,
-    /// Packages that have such files, with the profile in which they are built.
+    /// Packages that may have such files, with the profile in which they are built: the selections of the tests that run
+    /// here, so that nothing is built twice with other features.
     packages: &'static [&'static [&'static str]],
     /// Runs the ignored tests of these binaries; where they ran, and how many have passed.
     run: fn(&[Binary]) -> anyhow::Result<(String, u32)>,
 }
 
+/// Unit and property tests, with checks on.
+const UNITS: &[&str] = &["--workspace", "--exclude", "tactus-tests"];
+/// The whole system as people run it, optimised.
+const WHOLE: &[&str] = &["--release", "--package", "tactus-tests"];
+
 /// All places.
 const PLACES: &[Place] = &[
-    Place {
-        files: "socketcan",
-        packages: &[&["--package", "tactus-hil"], &["--release", "--package", "tactus-tests"]],
-        run: with_can,
-    },
-    Place { files: "firmware", packages: &[&["--release", "--package", "tactus-tests"]], run: cross::in_emulator },
+    Place { files: "socketcan", packages: &[UNITS, WHOLE], run: with_can },
+    Place { files: "firmware", packages: &[WHOLE], run: cross::in_emulator },
 ];
 
 /// Time limit of all the tests with a CAN interface together.
@@ -51,13 +53,9 @@ pub fn run() -> anyhow::Result<()> {
     setup::everything()?;
     lint::run()?;
     let mut report = Report::default();
-    // Unit and property tests with checks on, then the whole system as people run it, optimised.
-    for (what, args) in [
-        ("unit and property tests", &["test", "--workspace", "--exclude", "tactus-tests"][..]),
-        ("whole system", &["test", "--release", "--package", "tactus-tests"][..]),
-    ] {
+    for (what, args) in [("unit and property tests", UNITS), ("whole system", WHOLE)] {
         let started = Instant::now();
-        let passed = cargo_test(args)?;
+        let passed = cargo_test(&[&["test"], args].concat())?;
         report.add(what, "here", passed, started.elapsed());
     }
     elsewhere(PLACES, &mut report)?;

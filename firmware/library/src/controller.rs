@@ -162,15 +162,20 @@ pub unsafe extern "C" fn tactus_controller_create(
     memory_bytes: usize,
     controller: *mut *mut TactusController,
 ) -> TactusResult {
-    let make = || State {
-        controller: Controller::default(),
-        begun: None,
-        answer: PlanAnswer { effective: 0, request: 0, result: Err(RefusalReason::NoPath) },
+    let write = |state: *mut State| {
+        // SAFETY: `place` gives room for a state; nothing that was there needs a drop.
+        unsafe {
+            (&raw mut (*state).controller).write(Controller::default());
+            (&raw mut (*state).begun).write(None);
+            (&raw mut (*state).answer.effective).write(0);
+            (&raw mut (*state).answer.request).write(0);
+            (&raw mut (*state).answer.result).write(Err(RefusalReason::NoPath));
+        }
     };
     // SAFETY: the header's contract for both pointers.
     answer(unsafe {
         put(controller, core::ptr::null_mut())
-            .and_then(|()| place(memory, memory_bytes, make))
+            .and_then(|()| place(memory, memory_bytes, write))
             .and_then(|handle| put(controller, handle))
     })
 }

@@ -45,19 +45,14 @@ struct State {
     prior: Prior,
     belief: Belief,
     store: EvidenceStore,
-    running: Option<Update>,
+    update: Update,
+    running: bool,
 }
 
 impl State {
-    /// With the belief made before, nothing large stands between this and the place where it goes.
-    #[inline(always)]
-    fn new(prior: Prior, belief: Belief) -> Self {
-        Self { prior, belief, store: EvidenceStore::new(prior.shape.top_height_m()), running: None }
-    }
-
     /// The store, to add to: an update in the middle must not see its evidence change.
     fn open(&mut self) -> Result<&mut EvidenceStore, TactusResult> {
-        if self.running.is_some() { Err(TactusResult::Busy) } else { Ok(&mut self.store) }
+        if self.running { Err(TactusResult::Busy) } else { Ok(&mut self.store) }
     }
 }
 
@@ -165,8 +160,14 @@ pub unsafe extern "C" fn tactus_estimator_create(
     // SAFETY: the header's contract for all pointers.
     answer(unsafe { put(estimator, core::ptr::null_mut()) }.and_then(|()| unsafe {
         let prior = needed(prior)?.to_rust()?;
-        let belief = Belief::from_prior(&prior);
-        put(estimator, place(memory, memory_bytes, || State::new(prior, belief))?)
+        let write = |state: *mut State| {
+            (&raw mut (*state).prior).write(prior);
+            (&raw mut (*state).belief).write(Belief::from_prior(&prior));
+            (&raw mut (*state).store).write(EvidenceStore::new(prior.shape.top_height_m()));
+            (&raw mut (*state).update).write(Update::default());
+            (&raw mut (*state).running).write(false);
+        };
+        put(estimator, place(memory, memory_bytes, write)?)
     }))
 }
 
@@ -187,7 +188,7 @@ pub unsafe extern "C" fn tactus_estimator_clear(estimator: *mut TactusEstimator)
     answer(unsafe { exclusive::<State>(estimator) }.map(|state| {
         state.store.begin(state.prior.shape.top_height_m());
         state.belief = Belief::from_prior(&state.prior);
-        state.running = None;
+        state.running = false;
     }))
 }
 
@@ -278,11 +279,13 @@ pub unsafe extern "C" fn tactus_estimator_update(
         if work_max == 0 {
             return Err(TactusResult::BadValue);
         }
-        let State { prior, belief, store, running } = state;
-        let update = running.get_or_insert_with(|| Update::new(prior, belief, &UpdateConfig::default()));
-        if update.step(&mut Work::units(work_max), store) == Progress::Done {
-            *belief = update.belief().clone();
-            *running = None;
+        if !state.running {
+            state.update.begin(&state.prior, &state.belief, &UpdateConfig::default());
+            state.running = true;
+        }
+        if state.update.step(&mut Work::units(work_max), &state.store) == Progress::Done {
+            state.belief.clone_from(state.update.belief());
+            state.running = false;
             // SAFETY: as above.
             unsafe { put(done, true) }?;
         }

@@ -140,6 +140,12 @@ fn source(lines: &Loader, at: u64) -> Option<String> {
 
 /// A path without the machine's part of it.
 fn short(path: &str) -> String {
+    // What a build script made lies in a folder whose name ends with a hash: `build/CRATE-HASH/out/FILE`.
+    if let Some((_, made)) = path.split_once("/release/build/")
+        && let Some((folder, file)) = made.split_once('/')
+    {
+        return format!("{}/{file}", folder.rsplit_once('-').map_or(folder, |(name, _)| name));
+    }
     let root = crate::cargo::root();
     let own = Path::new(path).strip_prefix(&root).map(|path| path.display().to_string());
     if let Ok(own) = own {
@@ -186,6 +192,8 @@ mod tests {
         assert_eq!(short("/usr/src/rustc-1.96/library/core/src/fmt/float.rs"), "core/src/fmt/float.rs");
         let registry = "/home/a/.cargo/registry/src/index.crates.io-1949cf8c6b5b557f/libm-0.2.16/src/math/sinf.rs";
         assert_eq!(short(registry), "libm-0.2.16/src/math/sinf.rs");
+        let made = "/home/a/tactus/target/firmware/own/thumbv7em-none-eabihf/release/build/embassy-stm32-c07c/out/_generated.rs";
+        assert_eq!(short(made), "embassy-stm32/out/_generated.rs");
         let own = crate::cargo::root().join("common/src/pose.rs");
         assert_eq!(short(&own.display().to_string()), "common/src/pose.rs");
     }

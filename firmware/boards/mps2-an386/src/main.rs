@@ -9,8 +9,8 @@ mod uart;
 
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::slcan::{self, Line, Parser};
-use tactus_shell::meter::Meter;
 use tactus_shell::Shell;
+use tactus_shell::meter::Meter;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
