@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 /// The one function that the program brings.
 const NEEDED: &str = "tactus_panic";
 
-/// Builds it, and checks that it offers what the header declares, allocates nothing and needs nothing but the hook for
+/// Builds it, and checks that it offers what the header declares, allocates nothing and needs at most the hook for
 /// panics: the compiler's runtime is in it.
 pub fn check() -> anyhow::Result<()> {
     let path = toolchain::library()?;
@@ -31,13 +31,15 @@ pub fn check() -> anyhow::Result<()> {
         offered.symmetric_difference(&declared).collect::<Vec<_>>()
     );
     let missing: Vec<&String> = names.undefined.difference(&names.defined).collect();
-    ensure!(missing == [NEEDED], "{shown}: needs {missing:?}; expected {NEEDED} alone");
+    // Where the compiler has found every check to hold, not even the hook is called.
+    ensure!(missing.iter().all(|name| *name == NEEDED), "{shown}: needs {missing:?}; expected {NEEDED} at most");
     let allocators: Vec<&String> = names.defined.iter().filter(|name| allocates(name)).collect();
     ensure!(allocators.is_empty(), "{shown}: holds an allocator: {allocators:?}");
     println!(
-        "libtactus.a ({}): {} functions, no allocator, needs {NEEDED} alone",
+        "libtactus.a ({}): {} functions, no allocator, needs {}",
         toolchain::described(),
-        declared.len()
+        declared.len(),
+        if missing.is_empty() { "nothing" } else { NEEDED }
     );
     Ok(())
 }
