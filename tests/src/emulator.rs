@@ -54,7 +54,7 @@ pub struct Emulator {
 }
 
 impl Emulator {
-    /// Starts the image. Its time follows the instructions it executes (one a nanosecond), so that counts of its clock
+    /// Starts the image, which begins once somebody has joined its serial line. Its time follows the instructions it executes (one a nanosecond), so that counts of its clock
     /// are counts of instructions, the same in every run.
     ///
     /// # Panics
@@ -66,7 +66,7 @@ impl Emulator {
         let mut child = Command::new("qemu-system-arm")
             .args(["-M", "mps2-an386", "-cpu", "cortex-m4", "-display", "none", "-monitor", "none"])
             .args(["-semihosting-config", "enable=on,target=native", "-icount", "shift=0"])
-            .args(["-serial", &format!("unix:{},server=on,wait=off", socket.display())])
+            .args(["-serial", &format!("unix:{},server=on,wait=on", socket.display())])
             .arg("-kernel")
             .arg(image)
             .stdin(Stdio::null())

@@ -52,13 +52,13 @@ fn the_whole_main_job_ends_at_the_goal_with_the_digest_that_it_has_in_process() 
     let args = ["run", "--seed", "1"];
     let (in_process, _) = summary(Profile::Release, &args);
     let emulator = Emulator::start(&image(), "job");
-    let calibration = emulator.told("calibration", PATIENCE);
-    let per_count = calibration.number("instructions") as f64 / calibration.number("counts") as f64;
-    assert!((per_count - INSTRUCTIONS_PER_COUNT as f64).abs() < 0.01, "{per_count} instructions a count");
     let bus = format!("slcan:{}", emulator.socket().display());
     let (with_image, ran) = summary(Profile::Release, &[&args[..], &["--bus", &bus]].concat());
     assert_eq!((ran.status, &with_image["outcome"]), (0, &"transported".into()), "{}", ran.stderr);
     assert_eq!(with_image["digest"], in_process["digest"]);
+    let calibration = emulator.told("calibration", PATIENCE);
+    let per_count = calibration.number("instructions") as f64 / calibration.number("counts") as f64;
+    assert!((per_count - INSTRUCTIONS_PER_COUNT as f64).abs() < 0.01, "{per_count} instructions a count");
     let mission = emulator.told("mission", PATIENCE);
     assert_eq!(with_image["digest"], mission.values["digest"].as_str());
     assert_eq!(mission.number("lost"), 0, "bytes lost on the serial line");
@@ -116,12 +116,12 @@ fn with_vector(name: &str, vector: usize, value: impl Fn(&[u8]) -> [u8; 4]) -> P
     path
 }
 
-/// Runs an image that cannot go on: it says where it stopped, by its serial line and by its emulator, which ends with a
+/// Runs an image that cannot go on, at the latest when these bytes come: it says where it stopped, by its serial line and by its emulator, which ends with a
 /// status of failure; not one frame leaves it afterwards.
-fn stops(image: PathBuf, name: &str, place: &str) {
+fn stops(image: PathBuf, name: &str, bytes: &[u8], place: &str) {
     let mut emulator = Emulator::start(&image, name);
     let mut world = SerialWorld::join(emulator.socket());
-    world.write(b"C\r");
+    world.write(bytes);
     let (lines, status) = emulator.end(PATIENCE);
     let _ = std::fs::remove_file(image);
     assert!(!status.success(), "{status}");
@@ -136,12 +136,12 @@ fn stops(image: PathBuf, name: &str, place: &str) {
 fn an_image_that_panics_says_where_and_sends_nothing_any_more() {
     // The clock's vector leads to the handler of an interrupt that nobody asked for.
     let image = with_vector("panic", 15, |vectors| vectors[4 * 17..4 * 18].try_into().expect("four bytes"));
-    stops(image, "panic", "src/uart.rs:");
+    stops(image, "panic", b"", "src/uart.rs:");
 }
 
 #[test]
 #[ignore = "needs the image and qemu: cargo xtask cross runs it"]
 fn an_image_whose_processor_faults_says_so_and_sends_nothing_any_more() {
     // The receiver's vector leads to no code.
-    stops(with_vector("fault", 16, |_| [0; 4]), "fault", "src/stop.rs:");
+    stops(with_vector("fault", 16, |_| [0; 4]), "fault", b"C\r", "src/stop.rs:");
 }
