@@ -26,7 +26,7 @@ fn main() -> ! {
         let Some(byte) = uart::RECEIVED.pop() else {
             shell.idle(clock::millis(), &mut |frame: CanFrame| outbox.put(&frame));
             outbox.flush();
-            uart::wait_until_something_happens();
+            uart::sleep_until_something_happens();
             continue;
         };
         match parser.feed(byte) {

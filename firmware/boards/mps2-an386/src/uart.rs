@@ -18,9 +18,8 @@ const STATE: *mut u32 = 0x4000_4004 as *mut u32;
 const CONTROL: *mut u32 = 0x4000_4008 as *mut u32;
 const INTERRUPT: *mut u32 = 0x4000_400c as *mut u32;
 const DIVIDER: *mut u32 = 0x4000_4010 as *mut u32;
-/// Bits of `STATE`.
+/// Bit of `STATE`.
 const TX_FULL: u32 = 1 << 0;
-const RX_FULL: u32 = 1 << 1;
 /// Bits of `CONTROL`: transmitter, receiver, receive interrupt.
 const TX_ON: u32 = 1 << 0;
 const RX_ON: u32 = 1 << 1;
@@ -68,24 +67,13 @@ pub fn start(_: &mut NVIC) {
 // one writer) and the UART's registers only.
 unsafe fn DefaultHandler(line: i16) {
     assert!(line == RX_LINE as i16, "an interrupt that nobody asked for");
-    // First the interrupt, then the bytes: one that came between would never be asked for again.
+    // First the interrupt, then its byte: the next byte can only come, and ask for its own, once this one is taken.
     set(INTERRUPT, RX_INTERRUPT);
-    while get(STATE) & RX_FULL != 0 {
-        RECEIVED.push(get(DATA) as u8);
-    }
+    RECEIVED.push(get(DATA) as u8);
 }
 
-/// Looks at the queue before it is worth sleeping: bytes of a burst follow one another, and an emulator takes longer to
-/// wake than to spin.
-const LOOKS: u32 = 10_000;
-
-/// Waits until a byte has arrived or a millisecond has passed, asleep if it takes long.
-pub fn wait_until_something_happens() {
-    for _ in 0..LOOKS {
-        if !RECEIVED.is_empty() {
-            return;
-        }
-    }
+/// Sleeps until a byte has arrived or a millisecond has passed.
+pub fn sleep_until_something_happens() {
     // With interrupts held back a byte that comes after the look wakes the processor all the same.
     cortex_m::interrupt::free(|_| {
         if RECEIVED.is_empty() {
