@@ -71,12 +71,12 @@ fn stays<const N: usize>(coefficients: [f32; N], (low, high): (f32, f32)) -> boo
 /// The two halves of a curve (de Casteljau).
 fn halves<const N: usize>(coefficients: &[f32; N]) -> ([f32; N], [f32; N]) {
     let (mut left, mut right) = (*coefficients, *coefficients);
-    for level in 1..N {
+    for (level, middle) in left.iter_mut().enumerate().skip(1) {
         // `right` holds the triangle's row; its first entry is the left half's next coefficient.
         for i in 0..N - level {
             right[i] = 0.5 * (right[i] + right[i + 1]);
         }
-        left[level] = right[0];
+        *middle = right[0];
     }
     (left, right)
 }
