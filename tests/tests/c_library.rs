@@ -161,7 +161,7 @@ fn c_sees_the_structs_that_rust_sees() {
 }
 
 #[test]
-fn the_library_has_no_allocator_and_needs_nothing_but_memory_functions_and_the_panic_hook() {
+fn the_library_has_no_allocator_and_needs_nothing_but_memory_functions_and_at_most_the_panic_hook() {
     as_the_page_says();
     let symbols = run(Command::new("nm").args(["--no-sort", "target/library/libtactus.a"]));
     assert!(!symbols.contains("__rust_alloc") && !symbols.contains("malloc"), "an allocator");
@@ -180,5 +180,4 @@ fn the_library_has_no_allocator_and_needs_nothing_but_memory_functions_and_the_p
     for need in &needs {
         assert!(["memcpy", "memmove", "memset", "memcmp", "bcmp", "tactus_panic"].contains(need), "needs {need}");
     }
-    assert!(needs.contains(&"tactus_panic"), "{needs:?}");
 }
