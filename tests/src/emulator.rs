@@ -55,7 +55,7 @@ pub struct Emulator {
 
 impl Emulator {
     /// Starts the image. Its time follows the instructions it executes (one a nanosecond), so that counts of its clock
-    /// are counts of instructions, the same in every run.
+    /// are counts of instructions, the same in every run. It starts when somebody has joined its line.
     ///
     /// # Panics
     /// If there is no image or no emulator: the message says what to do.
@@ -66,7 +66,7 @@ impl Emulator {
         let mut child = Command::new("qemu-system-arm")
             .args(["-M", "mps2-an386", "-cpu", "cortex-m4", "-display", "none", "-monitor", "none"])
             .args(["-semihosting-config", "enable=on,target=native", "-icount", "shift=0"])
-            .args(["-serial", &format!("unix:{},server=on,wait=off", socket.display())])
+            .args(["-serial", &format!("unix:{},server=on,wait=on", socket.display())])
             .arg("-kernel")
             .arg(image)
             .stdin(Stdio::null())

@@ -52,13 +52,13 @@ fn the_whole_main_job_ends_at_the_goal_with_the_digest_that_it_has_in_process() 
     let args = ["run", "--seed", "1"];
     let (in_process, _) = summary(Profile::Release, &args);
     let emulator = Emulator::start(&image(), "job");
-    let calibration = emulator.told("calibration", PATIENCE);
-    let per_count = calibration.number("instructions") as f64 / calibration.number("counts") as f64;
-    assert!((per_count - INSTRUCTIONS_PER_COUNT as f64).abs() < 0.01, "{per_count} instructions a count");
     let bus = format!("slcan:{}", emulator.socket().display());
     let (with_image, ran) = summary(Profile::Release, &[&args[..], &["--bus", &bus]].concat());
     assert_eq!((ran.status, &with_image["outcome"]), (0, &"transported".into()), "{}", ran.stderr);
     assert_eq!(with_image["digest"], in_process["digest"]);
+    let calibration = emulator.told("calibration", PATIENCE);
+    let per_count = calibration.number("instructions") as f64 / calibration.number("counts") as f64;
+    assert!((per_count - INSTRUCTIONS_PER_COUNT as f64).abs() < 0.01, "{per_count} instructions a count");
     let mission = emulator.told("mission", PATIENCE);
     assert_eq!(with_image["digest"], mission.values["digest"].as_str());
     assert_eq!(mission.number("lost"), 0, "bytes lost on the serial line");

@@ -7,6 +7,9 @@ use cortex_m::peripheral::syst::SystClkSource;
 /// Counts of SysTick in a millisecond.
 const COUNTS_PER_MS: u32 = 25_000;
 
+/// Counts within which the interrupt of a new millisecond comes for certain.
+const SETTLING_COUNTS: u32 = 50;
+
 static MILLIS: AtomicU32 = AtomicU32::new(0);
 
 /// Starts the clock.
@@ -34,8 +37,10 @@ pub fn counts() -> u32 {
     loop {
         let before = millis();
         let left = SYST::get_current();
-        // A millisecond that ended between the two makes them a pair that never was.
-        if millis() == before {
+        // A millisecond that ended between the two makes them a pair that never was; so does one that has just ended and
+        // whose interrupt is still to come.
+        let settled = left < COUNTS_PER_MS - SETTLING_COUNTS;
+        if settled && millis() == before {
             return before.wrapping_mul(COUNTS_PER_MS).wrapping_add(COUNTS_PER_MS - 1 - left);
         }
     }
