@@ -55,8 +55,8 @@ pub struct Emulator {
 }
 
 impl Emulator {
-    /// Starts the image, which begins once somebody has joined its serial line. Its time follows the instructions it executes (one a nanosecond), so that counts of its clock
-    /// are counts of instructions, the same in every run.
+    /// Starts the image, which begins once somebody has joined its serial line. Its time follows the instructions that it
+    /// executes (one a nanosecond), so that counts of its clock are counts of instructions, the same in every run.
     ///
     /// # Panics
     /// If there is no image or no emulator: the message says what to do.

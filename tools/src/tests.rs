@@ -11,7 +11,7 @@ mod report;
 use crate::setup;
 use crate::vcan::{self, Options};
 use crate::{cargo, cross, lint};
-use anyhow::{Context, ensure};
+use anyhow::{Context, anyhow, ensure};
 use binaries::Binary;
 use report::{Report, count_passed};
 use std::ffi::OsString;
@@ -80,8 +80,8 @@ fn elsewhere(places: &[Place], report: &mut Report) -> anyhow::Result<()> {
     let files: Vec<&str> = PLACES.iter().map(|place| place.files).collect();
     let homeless = needs::homeless(&cargo::root(), &files)?;
     ensure!(homeless.is_empty(), "tests that need something, in files that no place runs: {}", homeless.join(", "));
+    let mut prepared = Vec::new();
     for place in places {
-        let started = Instant::now();
         let mut binaries = Vec::new();
         for package in place.packages {
             binaries.extend(binaries::build(package, place.files)?);
@@ -90,8 +90,23 @@ fn elsewhere(places: &[Place], report: &mut Report) -> anyhow::Result<()> {
             ensure!(!binary.ignored()?.is_empty(), "{}: no test in it is ignored, so none would run", binary.name);
         }
         ensure!(!binaries.is_empty(), "no test file whose name begins with {}", place.files);
-        let (where_, passed) = (place.run)(&binaries)?;
-        report.add(place.files, &where_, passed, started.elapsed());
+        prepared.push((place, binaries));
+    }
+    // Side by side: each place is a machine of one processor.
+    let outcomes = std::thread::scope(|scope| {
+        let run = |(place, binaries): &(&Place, Vec<Binary>)| {
+            let started = Instant::now();
+            (place.run)(binaries).map(|(where_, passed)| (place.files, where_, passed, started.elapsed()))
+        };
+        let running: Vec<_> = prepared.iter().map(|one| scope.spawn(move || run(one))).collect();
+        running
+            .into_iter()
+            .map(|one| one.join().unwrap_or_else(|_| Err(anyhow!("a place broke down"))))
+            .collect::<Vec<_>>()
+    });
+    for outcome in outcomes {
+        let (files, where_, passed, took) = outcome?;
+        report.add(files, &where_, passed, took);
     }
     Ok(())
 }

@@ -4,6 +4,7 @@
 //! place and says how far it is; [`Mission::step`] is the one function that moves between them. A fault is the
 //! supervisor's matter.
 
+mod asking;
 mod carry;
 mod closing;
 mod descent;
@@ -25,13 +26,13 @@ use crate::touch::Chooser;
 use crate::update::{Progress, Update, UpdateConfig};
 use crate::work::Work;
 use carry::{Carry, CarryEnd};
-use enquiry::{Enquiry, HostSlow};
+use enquiry::Enquiry;
 use foresight::LastTouch;
 use grasp::{Grasp, GraspEnd, grasp_plan};
 use knowledge::Knowledge;
 use recover::{Recover, RecoverEnd};
 use tactus_common::message::{
-    EventKind, FailureReason, FaultReason, Outcome, Phase, PlanRequest, Preshape, Purpose, RefusalReason, Setup, Status,
+    EventKind, FailureReason, FaultReason, Outcome, Phase, Purpose, RefusalReason, Setup, Status,
 };
 use tactus_common::pose::PlanarPose;
 use trial::{Trial, TrialEnd};
@@ -287,72 +288,6 @@ impl Mission {
         Doing::Choosing
     }
 
-    /// A plan request with what every one holds.
-    fn request(&self, purpose: Purpose, tools: &Tools) -> PlanRequest {
-        Enquiry::plan_request(purpose, &self.knowledge, tools.executor)
-    }
-
-    fn ask(&mut self, request: PlanRequest, tools: &mut Tools) {
-        self.enquiry.ask_planner(request, tools.out);
-    }
-
-    /// Asks for the way to the touch of this rank; `refusal` is why the one before was none.
-    fn ask_touch(&mut self, rank: u8, refusal: RefusalReason, tools: &mut Tools) -> Doing {
-        let Some(touch) = self.chooser.ranked().get(usize::from(rank)) else {
-            return self.fail(FailureReason::NoPlan(refusal));
-        };
-        let (placement, preshape) = (touch.plan.placement(), touch.plan.preshape());
-        let request = PlanRequest { touch: touch.plan.id, placement, preshape, ..self.request(Purpose::Touch, tools) };
-        self.ask(request, tools);
-        Doing::AskingTouch { rank }
-    }
-
-    /// Asks for the way to this grasp; `refusal` is why the one before was none.
-    fn ask_grasp(&mut self, variant: u8, refusal: RefusalReason, tools: &mut Tools) -> Doing {
-        if variant >= grasp::VARIANTS {
-            return self.fail(FailureReason::NoPlan(refusal));
-        }
-        let plan = grasp_plan(variant);
-        let displacement_m = self.knowledge.displacement_m();
-        let (placement, preshape) = (plan.placement, plan.preshape);
-        let request = self.request(Purpose::Grasp, tools);
-        self.ask(PlanRequest { placement, preshape, displacement_m, ..request }, tools);
-        Doing::AskingGrasp { variant }
-    }
-
-    /// The object is held: asks for the way to its goal.
-    fn ask_transport(&mut self, preshape: Preshape, tools: &mut Tools) -> Doing {
-        self.payload_kg = 0.0;
-        let displacement_m = self.knowledge.displacement_m();
-        let believed = self.knowledge.belief.pose();
-        self.knowledge.goal.get_or_insert(PlanarPose::new(
-            believed.x_m + displacement_m[0],
-            believed.y_m + displacement_m[1],
-            believed.phi_rad,
-        ));
-        self.yaw_in_hand_rad = recover::hand_yaw_rad(tools) - believed.phi_rad;
-        let request = self.request(Purpose::Transport, tools);
-        self.ask(PlanRequest { preshape, displacement_m, ..request }, tools);
-        Doing::AskingTransport
-    }
-
-    /// The planner's answer, if it has come: the trajectory is loaded, or the reason why there is none has been told.
-    fn plan(&mut self, tools: &mut Tools) -> Option<Result<(), RefusalReason>> {
-        let answer = match self.enquiry.plan(tools) {
-            Ok(answer) => answer?,
-            Err(HostSlow) => {
-                self.fault = Some(FaultReason::HostSlow);
-                return None;
-            }
-        };
-        if let Err(reason) = answer
-            && !matches!(self.doing, Doing::AskingRetreat)
-        {
-            tools.out.event(EventKind::Refused(reason));
-        }
-        Some(answer)
-    }
-
     fn begin_touch(&mut self, rank: u8, tools: &mut Tools) -> Doing {
         let Some(touch) = self.chooser.ranked().get(usize::from(rank)) else {
             return self.fail(FailureReason::NoPlan(RefusalReason::NoPath));
@@ -400,29 +335,6 @@ impl Mission {
             }
         }
         self.choose()
-    }
-
-    /// Asks what the last touch would have felt like at the new belief.
-    fn ask_mental_world(&mut self, tools: &mut Tools) -> Doing {
-        match self.last.question(self.knowledge.belief.pose()) {
-            Some(request) => {
-                self.enquiry.ask_mental_world(request, tools.out);
-                Doing::Confirming
-            }
-            None => self.ask_grasp(0, RefusalReason::NoPath, tools),
-        }
-    }
-
-    /// Compares what the mental world foretells with what was felt.
-    fn confirm(&mut self, tools: &mut Tools) -> Option<Doing> {
-        let foretold = match self.enquiry.rollout(tools) {
-            Ok(foretold) => foretold?,
-            Err(HostSlow) => return self.stop(FaultReason::HostSlow),
-        };
-        let agrees = self.last.agrees(&foretold);
-        tools.out.event(EventKind::Confirmed(agrees));
-        let go_on = agrees || self.touches >= self.knowledge.setup.trials_max;
-        Some(if go_on { self.ask_grasp(0, RefusalReason::NoPath, tools) } else { self.choose() })
     }
 
     /// Forgets where the object was: it lies somewhere around the place where it was lost.

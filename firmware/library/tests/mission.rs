@@ -8,11 +8,11 @@ use tactus::controller::*;
 use tactus::geometry::{TactusBelief, TactusInterval, TactusPose, TactusShape};
 use tactus::plan::{TactusKnot, TactusPlanAnswer, TactusRefusal};
 use tactus::result::TactusResult;
-use tactus::robot::{TactusCommands, TactusImage, TactusReadings};
+use tactus::robot::{TactusCommands, TactusHandMode, TactusImage, TactusReadings};
 use tactus::rollout::TactusRollout;
 use tactus::setup::{TactusEnd, TactusOutcome, TactusPhase, TactusSetup};
 use tactus_common::message::{Outcome, PlanAnswer, RolloutResult, Setup};
-use tactus_common::reading::JointReadings;
+use tactus_common::reading::{HandCommand, JointReadings};
 use tactus_controller::controller::{Controller, Inputs};
 use tactus_controller::testing::{BOX, Bench, plan, rollout, setup};
 
@@ -143,7 +143,23 @@ fn a_whole_mission_through_the_c_interface_is_the_mission_in_rust_to_the_bit() {
         let (result, said_c) = c.tick(tick, &inputs);
 
         assert_eq!(result, TactusResult::Ok, "tick {tick}");
-        assert_eq!(said_c.commands, TactusCommands::from(&said.commands), "tick {tick}");
+        assert_eq!(said_c.commands.arm_tau_nm, said.commands.arm_tau_nm, "tick {tick}");
+        for (told, meant) in said_c.commands.hand.iter().zip(&said.commands.hand) {
+            let meant = match *meant {
+                HandCommand::Idle => (TactusHandMode::Idle, 0.0),
+                HandCommand::Position(q_rad) => (TactusHandMode::Position, q_rad),
+                HandCommand::Velocity(qd_rad_s) => (TactusHandMode::Velocity, qd_rad_s),
+                HandCommand::Torque(tau_nm) => (TactusHandMode::Torque, tau_nm),
+            };
+            assert_eq!((told.mode, told.value), meant, "tick {tick}");
+        }
+        if let Some(r) = &said.plan_request {
+            let told = &said_c.plan_request;
+            assert_eq!((told.request, told.touch, told.start_q_rad), (r.request, r.touch, r.start_q_rad));
+            assert_eq!(told.placement.hand_in_object.phi_rad, r.placement.hand_in_object.phi_rad);
+            assert_eq!(told.placement.palm_height_m, r.placement.palm_height_m);
+            assert_eq!((told.preshape.inner_rad, told.covariance), (r.preshape.inner_rad, r.covariance));
+        }
         assert_eq!(said_c.has_plan_request.then_some(said_c.plan_request), said.plan_request.as_ref().map(Into::into));
         let asked = said_c.has_rollout_request.then_some(said_c.rollout_request);
         assert_eq!(asked, said.rollout_request.as_ref().map(Into::into));
@@ -168,6 +184,7 @@ fn a_whole_mission_through_the_c_interface_is_the_mission_in_rust_to_the_bit() {
     }
     assert_eq!(rust.outcome(), Some(Outcome::Transported));
     assert_eq!(phases.last(), Some(&TactusPhase::Done), "{phases:?}");
+    assert_eq!(TactusOutcome::from(rust.outcome()).end, TactusEnd::Transported);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use super::*;
 use crate::testing::{BOX, Desk, TRUTH, plan, rollout, setup};
 use core::mem::size_of;
 use std::vec::Vec;
-use tactus_common::message::{PlanAnswer, RolloutRequest, RolloutResult, SCHEMA_VERSION};
+use tactus_common::message::{PlanAnswer, PlanRequest, RolloutRequest, RolloutResult, SCHEMA_VERSION};
 use tactus_common::pose::{Interval, wrap};
 use tactus_common::trajectory::Trajectory;
 
