@@ -91,8 +91,8 @@ fn what_does_not_exist_yet_is_refused_by_name() {
 #[test]
 fn buses_that_are_not_there_are_refused() {
     refused(&["run", "--bus", "socketcan:nosuch0"], 2, &["--bus socketcan:nosuch0"]);
-    refused(&["run", "--bus", "magic"], 2, &["--bus magic", "expected", "virtual"]);
-    refused(&["trials", "--bus", "socketcan:nosuch0"], 2, &["socketcan:nosuch0"]);
+    refused(&["run", "--bus", "magic"], 2, &["'magic'", "expected", "virtual"]);
+    refused(&["trials", "--bus", "socketcan:nosuch0"], 2, &["--bus"]);
 }
 
 #[test]
