@@ -96,6 +96,8 @@ pub struct Rig {
     status: Session<SMALL_BYTES>,
     event: Session<SMALL_BYTES>,
     digest: Session<SMALL_BYTES>,
+    /// The end that the node has told already; it repeats it.
+    finished: Option<EventKind>,
     readings: Option<JointReadings>,
     tick: u32,
 }
@@ -130,6 +132,7 @@ impl Rig {
             status: Session::new(subject::<Status>(), controller, 0),
             event: Session::new(subject::<Event>(), controller, 0),
             digest: Session::new(subject::<DigestReport>(), controller, 0),
+            finished: None,
             readings: None,
             tick: 0,
         }
@@ -187,6 +190,9 @@ impl Rig {
     /// One tick of a mission.
     pub fn tell(&mut self, told: &Told) -> Said {
         let frames = self.frames_of(told);
+        if told.setup.is_some() {
+            self.finished = None;
+        }
         if let Some(sensors) = &told.sensors {
             let readings = sensors.unpack();
             self.tick = readings.tick;
@@ -237,7 +243,14 @@ impl Rig {
                 said.status = Some(link::decode(t.payload).expect("a status"));
             }
             if let Ok(Some(t)) = self.event.accept(&header, data, now) {
-                said.events.push(link::decode(t.payload).expect("an event"));
+                let event: Event = link::decode(t.payload).expect("an event");
+                let is_end = matches!(event.kind, EventKind::Finished(_));
+                if !is_end || self.finished != Some(event.kind) {
+                    said.events.push(event);
+                }
+                if is_end {
+                    self.finished = Some(event.kind);
+                }
             }
             if let Ok(Some(t)) = self.digest.accept(&header, data, now) {
                 said.digest = Some(link::decode(t.payload).expect("a digest"));

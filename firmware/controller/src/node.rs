@@ -416,20 +416,21 @@ impl Node {
 
     /// The digest at the end of the mission; from then on, end and digest again at their period.
     fn report_end(&mut self, outputs: &Outputs, send: &mut dyn FnMut(CanFrame)) {
-        match self.end {
-            None => {
-                let finished = outputs.events.iter().find(|event| matches!(event.kind, EventKind::Finished(_)));
-                if let Some(event) = finished {
-                    let report = DigestReport { ticks: self.ticks, digest: self.digest.0.to_le_bytes() };
-                    self.end = Some(End { event: *event, report });
-                    self.transmit(&report, send);
-                }
-            }
-            Some(End { event, report }) if self.now.is_multiple_of(END_PERIOD_TICKS) => {
-                self.transmit(&Event { tick: self.now, ..event }, send);
+        let finished = outputs.events.iter().find(|event| matches!(event.kind, EventKind::Finished(_)));
+        match (&mut self.end, finished) {
+            (None, Some(event)) => {
+                let report = DigestReport { ticks: self.ticks, digest: self.digest.0.to_le_bytes() };
+                self.end = Some(End { event: *event, report });
                 self.transmit(&report, send);
             }
-            Some(_) => {}
+            // A fault after the end; the digest is that of the mission.
+            (Some(end), Some(event)) => end.event = *event,
+            (Some(End { event, report }), None) if self.now.is_multiple_of(END_PERIOD_TICKS) => {
+                let (event, report) = (Event { tick: self.now, ..*event }, *report);
+                self.transmit(&event, send);
+                self.transmit(&report, send);
+            }
+            (_, None) => {}
         }
     }
 
