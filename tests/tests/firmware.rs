@@ -116,8 +116,8 @@ fn with_vector(name: &str, vector: usize, value: impl Fn(&[u8]) -> [u8; 4]) -> P
     path
 }
 
-/// Runs an image that cannot go on, at the latest when these bytes come: it says where it stopped, by its serial line and by its emulator, which ends with a
-/// status of failure; not one frame leaves it afterwards.
+/// Runs an image that cannot go on, at the latest when these bytes come: it says where it stopped, by its serial line and
+/// by its emulator, which ends with a status of failure; not one frame leaves it afterwards.
 fn stops(image: PathBuf, name: &str, bytes: &[u8], place: &str) {
     let mut emulator = Emulator::start(&image, name);
     let mut world = SerialWorld::join(emulator.socket());
