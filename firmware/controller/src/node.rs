@@ -1,16 +1,18 @@
 //! The controller as a node on a CAN bus: frames in, ticks, frames out. No clock, no socket, no heap.
 
+mod pending;
+
 use crate::controller::{Controller, Inputs, Outputs};
+use pending::Pending;
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::cyphal::{Header, Sender, Session, received_bytes};
-use tactus_common::limits::{PADS, PAYLOAD_BYTES_MAX};
+use tactus_common::limits::PAYLOAD_BYTES_MAX;
 use tactus_common::link::{self, CONTROLLER, SMALL_BYTES, WORLD, priority, subject};
 use tactus_common::message::{
     Command, Digest, DigestReport, Event, EventKind, Heartbeat, Hello, Message, Phase, PlanAnswer, PlanRequest,
     RolloutRequest, RolloutResult, SCHEMA_VERSION, SensorFrame, Setup, Status, TactileSlice,
 };
 use tactus_common::pose::{Interval, PlanarPose};
-use tactus_common::reading::TactileImage;
 use tactus_common::shape::ObjectShape;
 
 /// Ticks after which the transfer number of a periodic subject starts afresh: below 16 of its periods, so that a gap
@@ -47,36 +49,27 @@ pub struct NodeStats {
     pub twins: u32,
 }
 
-/// What waits for the tick at which it takes effect.
-#[derive(Clone, Debug, Default)]
-struct Pending {
-    setup: Option<Setup>,
-    images: [Option<(u32, TactileImage)>; PADS],
-    plan: Option<PlanAnswer>,
-    rollout: Option<RolloutResult>,
+/// What became of a frame that belongs to one of our subjects.
+enum Verdict {
+    /// It is part of a transfer, or completed one that is of use.
+    Used,
+    /// The session refused it.
+    BadFrame,
+    /// It completed a transfer that does not decode.
+    BadPayload,
+    /// It completed a transfer that cannot be meant for the mission under way.
+    Implausible,
 }
 
-impl Pending {
-    /// Nothing waits. In place: a new value would pass over the stack.
-    fn forget(&mut self) {
-        (self.setup, self.images) = (None, [None; PADS]);
-        (self.plan, self.rollout) = (None, None);
-    }
-
-    /// What has taken effect at tick `now` waits no more.
-    fn forget_until(&mut self, now: u32) {
-        self.setup = None;
-        for slot in &mut self.images {
-            if slot.is_some_and(|(effective, _)| effective <= now) {
-                *slot = None;
-            }
-        }
-        if self.plan.as_ref().is_some_and(|p| p.effective <= now) {
-            self.plan = None;
-        }
-        if self.rollout.as_ref().is_some_and(|r| r.effective <= now) {
-            self.rollout = None;
-        }
+impl NodeStats {
+    fn count(&mut self, verdict: &Verdict) {
+        let counter = match verdict {
+            Verdict::Used => return,
+            Verdict::BadFrame => &mut self.bad_frames,
+            Verdict::BadPayload => &mut self.bad_payloads,
+            Verdict::Implausible => &mut self.implausible,
+        };
+        *counter = counter.saturating_add(1);
     }
 }
 
@@ -190,8 +183,8 @@ impl Node {
         self.transmit(&self.heartbeat(uptime_s), send);
     }
 
-    /// Says that this node is there and ready for a mission, with its version; for once a second of the caller's clock while no mission is
-    /// under way. `uptime_s`: seconds since the caller's start.
+    /// Says that this node is there and ready for a mission, with its version; for once a second of the caller's clock
+    /// while no mission is under way. `uptime_s`: seconds since the caller's start.
     pub fn announce(&mut self, uptime_s: u32, send: &mut dyn FnMut(CanFrame)) {
         self.beat(uptime_s, send);
         self.transmit(&Hello { schema_version: SCHEMA_VERSION.to_le_bytes() }, send);
@@ -214,11 +207,7 @@ impl Node {
             self.stats.twins = self.stats.twins.saturating_add(1);
             return false;
         }
-        let readings = match self.accept(&header, frame.data()) {
-            Ok(readings) => readings,
-            Err(()) => return false,
-        };
-        let Some(sensors) = readings else { return false };
+        let Some(sensors) = self.accept(&header, frame.data()) else { return false };
         let readings = sensors.unpack();
         // A second message for a tick that is over must not be taken for new; but who asks again about the last one has
         // missed the answer.
@@ -229,31 +218,28 @@ impl Node {
             }
             return false;
         }
-        if !self.is_near(readings.tick) {
-            self.stats.implausible = self.stats.implausible.saturating_add(1);
+        if !is_near(readings.tick, self.now) {
+            self.stats.count(&Verdict::Implausible);
             return false;
         }
         self.now = readings.tick;
         self.clock += 1;
-        self.hash_inputs(&sensors);
-        self.hash_effective();
-        let (pending, due) = (&self.pending, |effective: u32| effective <= readings.tick);
+        self.ticks = self.ticks.saturating_add(1);
+        self.hash(&sensors);
+        let due = self.pending.due(self.now);
+        due.hash(&mut self.digest);
+        self.stats.late = self.stats.late.saturating_add(due.late(self.now));
         let inputs = Inputs {
-            setup: pending.setup.as_ref(),
+            setup: due.setup,
             readings: Some(readings),
-            images: pending.images.map(|i| i.filter(|(effective, _)| due(*effective)).map(|(_, image)| image)),
-            plan: pending.plan.as_ref().filter(|p| due(p.effective)),
-            rollout: pending.rollout.as_ref().filter(|r| due(r.effective)),
+            images: due.images.map(|image| image.map(|(_, image)| *image)),
+            plan: due.plan,
+            rollout: due.rollout,
         };
         let outputs = self.controller.tick(self.now, &inputs);
         self.pending.forget_until(self.now);
         self.speak(&outputs, send);
         true
-    }
-
-    /// Can a transfer that names this tick be meant for the mission under way?
-    fn is_near(&self, tick: u32) -> bool {
-        tick.abs_diff(self.now) <= REACH_TICKS
     }
 
     /// A tick for which no sensor message came: the caller's clock says that it is due.
@@ -265,76 +251,66 @@ impl Node {
     }
 
     /// Puts a frame where it belongs; a sensor message is returned.
-    fn accept(&mut self, header: &Header, data: &[u8]) -> Result<Option<SensorFrame>, ()> {
-        let now = self.clock;
-        let (mut payload_ok, mut plausible) = (true, true);
+    fn accept(&mut self, header: &Header, data: &[u8]) -> Option<SensorFrame> {
+        let (clock, tick) = (self.clock, self.now);
         let mut sensors = None;
         macro_rules! take {
-            ($session:ident, $type:ty, $use:expr) => {
-                match self.$session.accept(header, data, now) {
-                    Ok(Some(transfer)) => match link::decode::<$type>(transfer.payload) {
-                        Ok(message) => $use(message),
-                        Err(_) => payload_ok = false,
-                    },
-                    Ok(None) => {}
-                    Err(_) => {
-                        self.stats.bad_frames = self.stats.bad_frames.saturating_add(1);
-                        return Err(());
+            ($session:ident, $payload:ident => $verdict:expr) => {
+                let verdict = match self.$session.accept(header, data, clock) {
+                    Ok(Some(transfer)) => {
+                        let $payload = transfer.payload;
+                        $verdict
                     }
-                }
+                    Ok(None) => Verdict::Used,
+                    Err(_) => Verdict::BadFrame,
+                };
+                self.stats.count(&verdict);
             };
         }
-        take!(sensors, SensorFrame, |m| sensors = Some(m));
-        take!(tactile, TactileSlice, |m: TactileSlice| match m.unpack() {
-            Some(image) if self.is_near(m.effective()) => {
+        take!(sensors, payload => match link::decode(payload) {
+            Ok(frame) => {
+                sensors = Some(frame);
+                Verdict::Used
+            }
+            Err(_) => Verdict::BadPayload,
+        });
+        take!(tactile, payload => match link::decode::<TactileSlice>(payload).map(|m| (m.effective(), m.unpack())) {
+            Ok((effective, Some(image))) if is_near(effective, tick) => {
                 if let Some(slot) = self.pending.images.get_mut(usize::from(image.pad)) {
-                    *slot = Some((m.effective(), image));
+                    *slot = Some((effective, image));
                 }
+                Verdict::Used
             }
-            Some(_) => plausible = false,
-            None => payload_ok = false,
+            Ok((_, Some(_))) => Verdict::Implausible,
+            Ok((_, None)) | Err(_) => Verdict::BadPayload,
         });
-        match self.setup.accept(header, data, now) {
-            Ok(Some(transfer)) => match setup_of(transfer.payload) {
-                Some((_, Some(_))) if !self.is_free() => plausible = false,
-                Some((setup, foreign_version)) => {
-                    self.foreign_version = foreign_version;
-                    self.begin_afresh();
-                    self.pending.setup = Some(setup);
-                }
-                None => payload_ok = false,
-            },
-            Ok(None) => {}
-            Err(_) => {
-                self.stats.bad_frames = self.stats.bad_frames.saturating_add(1);
-                return Err(());
+        take!(setup, payload => match setup_of(payload) {
+            Some((_, Some(_))) if !self.is_free() => Verdict::Implausible,
+            Some((setup, foreign_version)) => {
+                self.foreign_version = foreign_version;
+                self.begin_afresh();
+                self.pending.setup = Some(setup);
+                Verdict::Used
             }
-        }
-        match self.plan.accept(header, data, now) {
-            Ok(Some(transfer)) => match PlanAnswer::effective_of(transfer.payload) {
-                Ok(effective) if effective.abs_diff(self.now) > REACH_TICKS => plausible = false,
-                Ok(_) => payload_ok &= PlanAnswer::decode_into(transfer.payload, &mut self.pending.plan).is_ok(),
-                Err(_) => payload_ok = false,
-            },
-            Ok(None) => {}
-            Err(_) => {
-                self.stats.bad_frames = self.stats.bad_frames.saturating_add(1);
-                return Err(());
-            }
-        }
-        take!(rollout, RolloutResult, |m: RolloutResult| match self.is_near(m.effective) {
-            true => self.pending.rollout = Some(m),
-            false => plausible = false,
+            None => Verdict::BadPayload,
         });
-        if !plausible {
-            self.stats.implausible = self.stats.implausible.saturating_add(1);
-            return Err(());
-        }
-        if !payload_ok {
-            self.stats.bad_payloads = self.stats.bad_payloads.saturating_add(1);
-            return Err(());
-        }
-        Ok(sensors)
+        take!(plan, payload => match PlanAnswer::effective_of(payload) {
+            Ok(effective) if !is_near(effective, tick) => Verdict::Implausible,
+            Ok(_) => match PlanAnswer::decode_into(payload, &mut self.pending.plan) {
+                Ok(()) => Verdict::Used,
+                Err(_) => Verdict::BadPayload,
+            },
+            Err(_) => Verdict::BadPayload,
+        });
+        take!(rollout, payload => match link::decode::<RolloutResult>(payload) {
+            Ok(result) if is_near(result.effective, tick) => {
+                self.pending.rollout = Some(result);
+                Verdict::Used
+            }
+            Ok(_) => Verdict::Implausible,
+            Err(_) => Verdict::BadPayload,
+        });
+        sensors
     }
 
     /// A new mission, perhaps of a world that was started anew: its ticks and transfer numbers may begin at 0 again,
@@ -352,36 +328,6 @@ impl Node {
         self.plan.forget();
         self.rollout.forget();
         self.pending.forget();
-    }
-
-    /// Hashes what takes effect at this tick, in order of subject, and counts what should have done so before.
-    fn hash_effective(&mut self) {
-        let now = self.now;
-        let mut digest = self.digest;
-        let mut late = 0;
-        // Encoding into a digest cannot run out of room.
-        if let Some(setup) = &self.pending.setup {
-            let _ = link::digest(setup, &mut digest);
-        }
-        for (effective, image) in self.pending.images.iter().flatten().filter(|(effective, _)| *effective <= now) {
-            late += u32::from(*effective < now);
-            let _ = link::digest(&TactileSlice::pack(image, *effective), &mut digest);
-        }
-        if let Some(plan) = self.pending.plan.as_ref().filter(|p| p.effective <= now) {
-            late += u32::from(plan.effective < now);
-            let _ = link::digest(plan, &mut digest);
-        }
-        if let Some(rollout) = self.pending.rollout.as_ref().filter(|r| r.effective <= now) {
-            late += u32::from(rollout.effective < now);
-            let _ = link::digest(rollout, &mut digest);
-        }
-        self.digest = digest;
-        self.stats.late = self.stats.late.saturating_add(late);
-    }
-
-    fn hash_inputs(&mut self, sensors: &SensorFrame) {
-        self.ticks = self.ticks.saturating_add(1);
-        self.hash(sensors);
     }
 
     /// Adds a message to the digest.
@@ -459,6 +405,11 @@ impl Node {
             frames.for_each(send);
         }
     }
+}
+
+/// Can a transfer that names tick `tick` be meant for the mission under way, which is at tick `now`?
+fn is_near(tick: u32, now: u32) -> bool {
+    tick.abs_diff(now) <= REACH_TICKS
 }
 
 /// A set-up, with its schema version if that is not ours: then nothing else in it can be relied upon, and what stands

@@ -9,7 +9,7 @@ use std::vec::Vec;
 use tactus_common::cyphal::NodeId;
 use tactus_common::limits::{ARM_JOINTS, PAD_CELLS};
 use tactus_common::message::{EventKind, FaultReason, Outcome, RefusalReason};
-use tactus_common::reading::{HandCommand, JointReadings};
+use tactus_common::reading::{HandCommand, JointReadings, TactileImage};
 
 /// A world at the other end of the wire: sends messages, hears what the node says.
 struct World {
