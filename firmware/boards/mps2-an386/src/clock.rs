@@ -1,8 +1,8 @@
 //! Time: SysTick counts the processor clock, 25 MHz on this board.
 
-use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
+use tactus_shell::millis::Millis;
 
 /// Counts of SysTick in a millisecond.
 const COUNTS_PER_MS: u32 = 25_000;
@@ -10,7 +10,7 @@ const COUNTS_PER_MS: u32 = 25_000;
 /// COUNTER of the board's FPGA: up by one each 40 ns, as long as its prescaler has its reset value 0.
 const COUNTER: *const u32 = 0x4002_8018 as *const u32;
 
-static MILLIS: AtomicU32 = AtomicU32::new(0);
+static MILLIS: Millis = Millis::new();
 
 /// Starts the clock.
 pub fn start(syst: &mut SYST) {
@@ -23,13 +23,12 @@ pub fn start(syst: &mut SYST) {
 
 #[cortex_m_rt::exception]
 fn SysTick() {
-    // No read-modify-write: this handler alone writes.
-    MILLIS.store(MILLIS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+    MILLIS.count();
 }
 
 /// Milliseconds since the start, modulo 2^32.
 pub fn millis() -> u32 {
-    MILLIS.load(Ordering::Relaxed)
+    MILLIS.now()
 }
 
 /// Counts of the board's free-running counter, which counts the same clock, modulo 2^32. (SysTick with its interrupt would

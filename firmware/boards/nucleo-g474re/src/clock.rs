@@ -1,16 +1,16 @@
 //! The chip's clocks, and milliseconds from SysTick.
 
-use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use embassy_stm32::Config;
 use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk, mux};
 use embassy_stm32::time::Hertz;
+use tactus_shell::millis::Millis;
 
 /// The processor's clock, and that of the CAN peripheral.
 pub const CLOCK_HZ: u32 = 170_000_000;
 
-static MILLIS: AtomicU32 = AtomicU32::new(0);
+static MILLIS: Millis = Millis::new();
 
 /// 170 MHz from the board's crystal: 24 MHz / 6 * 85 / 2. The chip's own oscillator (1 %) is too coarse for CAN FD.
 pub fn config() -> Config {
@@ -42,11 +42,10 @@ pub fn start(syst: &mut SYST) {
 
 #[cortex_m_rt::exception]
 fn SysTick() {
-    // No read-modify-write: this handler alone writes.
-    MILLIS.store(MILLIS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+    MILLIS.count();
 }
 
 /// Milliseconds since the start, modulo 2^32.
 pub fn millis() -> u32 {
-    MILLIS.load(Ordering::Relaxed)
+    MILLIS.now()
 }

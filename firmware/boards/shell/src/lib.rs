@@ -4,6 +4,7 @@
 //! * [`Shell`]: hands frames to the node, announces it while it waits for a mission, and makes it safe when the world
 //!   falls silent.
 //! * [`ring`]: bytes from an interrupt to the loop.
+//! * [`millis`]: time from an interrupt to the loop.
 //! * [`meter`]: the longest tick.
 //!
 //! A board adds its registers, its loop and its panic handler.
@@ -11,6 +12,7 @@
 #![forbid(unsafe_code)]
 
 pub mod meter;
+pub mod millis;
 pub mod ring;
 mod shell;
 
