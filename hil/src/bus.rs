@@ -1,7 +1,7 @@
 //! What a node needs of a bus. [`Bus`]: no clock, no waiting, whoever owns the bus makes time pass. [`LiveBus`]: a bus
 //! that lives outside this process, where time passes by itself.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tactus_common::can::{CanFrame, Mtu};
 
 /// A frame that arrived.
@@ -112,6 +112,26 @@ pub trait SendOnly: Send {
     /// # Errors
     /// As [`Bus::send`].
     fn send(&mut self, frame: CanFrame) -> Result<(), Rejected>;
+}
+
+/// Wait before a refused frame is tried again.
+const RETRY: Duration = Duration::from_micros(200);
+
+/// Sends a frame; while the bus has no room for it, or is down and may come up again, it is tried again for as long as
+/// `patience`.
+///
+/// # Errors
+/// [`Rejected`] of the last try; at once if the bus does not carry such frames.
+pub fn send_within<B: Bus + ?Sized>(bus: &mut B, frame: CanFrame, patience: Duration) -> Result<(), Rejected> {
+    let started = Instant::now();
+    loop {
+        match bus.send(frame) {
+            Err(rejected) if rejected.reason != Refusal::Format && started.elapsed() < patience => {
+                std::thread::sleep(RETRY);
+            }
+            done => return done,
+        }
+    }
 }
 
 impl<B: Bus + ?Sized> Bus for &mut B {

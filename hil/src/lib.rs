@@ -2,7 +2,7 @@
 //!
 //! * [`bus`]: the seam: what a node needs of a bus, whichever it is.
 //! * [`bus_name`]: buses outside this process by name. [`shell`]: the controller as a process on one.
-//! * [`usage`]: usage errors in one line.
+//! * [`choice`], [`usage`]: what the programs have in common: names of formats and paces, usage errors in one line.
 //! * [`virtual_bus`]: a CAN bus within the process: arbitration, exact bit times, bounded queues, faults by seed.
 //! * [`socketcan_bus`]: Linux's own CAN interfaces.
 //! * [`slcan_bus`]: frames as text over a serial port, a pseudo terminal or a Unix socket.
@@ -18,6 +18,7 @@ pub mod bus;
 pub mod bus_load;
 pub mod bus_meter;
 pub mod bus_name;
+pub mod choice;
 pub mod load_window;
 pub mod puck_responder;
 pub mod shell;

@@ -1,6 +1,7 @@
 //! The shell around the controller as a process: a bus, a clock, and nothing that decides anything.
 
-use crate::bus::LiveBus;
+use crate::bus::{LiveBus, send_within};
+use crate::choice::Pace;
 use std::time::{Duration, Instant};
 use tactus_common::can::CanFrame;
 use tactus_common::cyphal::Header;
@@ -17,16 +18,14 @@ const LOOK: Duration = Duration::from_millis(10);
 const REST: Duration = Duration::from_millis(200);
 /// Patience of a controller that is there for one mission only.
 const ONCE_PATIENCE: Duration = Duration::from_secs(30);
-/// Period at which a frame is tried again that the bus has no room for, or that finds it down.
-const RETRY: Duration = Duration::from_micros(200);
-/// How long: 20 periods, after which the drives have let go anyway.
+/// How long a frame that the bus has no room for is tried again: 20 periods, after which the drives have let go anyway.
 const RETRY_FOR: Duration = Duration::from_millis(REALTIME_SILENCE_MS as u64);
 
 /// How the shell behaves.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ShellOptions {
-    /// Ticks come by the clock: silence is 20 periods instead of 2 s.
-    pub realtime: bool,
+    /// What makes the ticks come.
+    pub pace: Pace,
     /// End with the first mission.
     pub once: bool,
 }
@@ -93,7 +92,10 @@ impl<'a> Shell<'a> {
     /// A controller that was just switched on.
     pub fn new(bus: &'a mut dyn LiveBus, options: ShellOptions) -> Self {
         let now = Instant::now();
-        let silence_ms = if options.realtime { REALTIME_SILENCE_MS } else { SILENCE_MS };
+        let silence_ms = match options.pace {
+            Pace::Lockstep => SILENCE_MS,
+            Pace::Realtime => REALTIME_SILENCE_MS,
+        };
         Self {
             inner: tactus_shell::Shell::with_silence(bus.mtu(), silence_ms),
             bus,
@@ -257,12 +259,9 @@ impl<'a> Shell<'a> {
     }
 }
 
-/// Sends a frame; one that the bus has no room for is tried again for as long as the world would wait for it.
+/// Sends a frame. One that the bus does not take in time is lost, as on the wire; the world asks again.
 fn send(bus: &mut dyn LiveBus, frame: CanFrame) {
-    let until = Instant::now() + RETRY_FOR;
-    while bus.send(frame).is_err() && Instant::now() < until {
-        std::thread::sleep(RETRY);
-    }
+    let _ = send_within(bus, frame, RETRY_FOR);
 }
 
 impl std::fmt::Display for Said {

@@ -3,7 +3,6 @@
 use crate::controller_process::ControllerProcess;
 use crate::experiment::trials::{self, TrialsOptions};
 use crate::hooks::Hooks;
-use crate::host::Pace;
 use crate::mission::{self, MissionOptions, MissionReport, Progressed};
 use crate::report::{progress::Progress, summary::Summary, terminal};
 use crate::scenario::Scenario;
@@ -19,6 +18,7 @@ use tactus_common::can::Mtu;
 use tactus_common::link::CONTROLLER;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_hil::bus_name::BusName;
+use tactus_hil::choice::{CanFormat, Pace, name};
 use tactus_hil::usage::one_line;
 
 /// Exit status: usage or input error.
@@ -124,40 +124,9 @@ struct WireArgs {
     /// Frame format [default: CAN FD where the bus carries it].
     #[arg(long, value_enum, value_name = "FORMAT")]
     can: Option<CanFormat>,
-    /// What makes the ticks come: `lockstep` = world and controller wait for one another; `realtime` = the clock, every
-    /// 2 ms, answered or not.
-    #[arg(long, value_enum, default_value_t = PaceName::Lockstep)]
-    pace: PaceName,
-}
-
-#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
-enum CanFormat {
-    Classic,
-    Fd,
-}
-
-impl From<CanFormat> for Mtu {
-    fn from(format: CanFormat) -> Self {
-        match format {
-            CanFormat::Classic => Self::Classic,
-            CanFormat::Fd => Self::Fd,
-        }
-    }
-}
-
-#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
-enum PaceName {
-    Lockstep,
-    Realtime,
-}
-
-impl From<PaceName> for Pace {
-    fn from(name: PaceName) -> Self {
-        match name {
-            PaceName::Lockstep => Self::Lockstep,
-            PaceName::Realtime => Self::Realtime,
-        }
-    }
+    /// What makes the ticks come.
+    #[arg(long, value_enum, default_value_t = Pace::Lockstep)]
+    pace: Pace,
 }
 
 /// Bus of `run`.
@@ -192,8 +161,9 @@ struct TaskArgs {
     interval: [f32; 3],
 }
 
+/// One mission, wherever its controller is.
 #[derive(Args, Debug)]
-struct RunArgs {
+struct MissionArgs {
     #[command(flatten)]
     common: CommonArgs,
     #[command(flatten)]
@@ -202,6 +172,12 @@ struct RunArgs {
     task: TaskArgs,
     #[command(flatten)]
     wire: WireArgs,
+}
+
+#[derive(Args, Debug)]
+struct RunArgs {
+    #[command(flatten)]
+    mission: MissionArgs,
     /// Bus between controller and world: `virtual` = both in this process; `socketcan:IFACE`: the controller is started
     /// as a process of its own; `slcan:PATH`: it is at the other end of that serial line already.
     #[arg(long, value_name = "BUS", default_value = "virtual")]
@@ -214,13 +190,7 @@ struct RunArgs {
 #[derive(Args, Debug)]
 struct ServeArgs {
     #[command(flatten)]
-    common: CommonArgs,
-    #[command(flatten)]
-    method: MethodArgs,
-    #[command(flatten)]
-    task: TaskArgs,
-    #[command(flatten)]
-    wire: WireArgs,
+    mission: MissionArgs,
     /// Bus on which the controller is: `socketcan:IFACE`, or `slcan:PATH`.
     #[arg(long, value_name = "BUS")]
     bus: BusName,
@@ -307,7 +277,7 @@ fn supported(method: &MethodArgs) -> anyhow::Result<()> {
     anyhow::ensure!(
         method.error == ErrorKind::Geometric,
         "--error {} does not exist yet; expected: geometric",
-        method.error.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned())
+        name(&method.error)
     );
     anyhow::ensure!(
         method.predictor == Predictor::Kinematic,
@@ -335,7 +305,8 @@ fn with_dof(interval: [f32; 3], dof: u8) -> anyhow::Result<Interval> {
     Ok(Interval { x_m, y_m: if dof >= 2 { y_m } else { 0.0 }, phi_rad: if dof >= 3 { phi_rad } else { 0.0 } })
 }
 
-fn mission_options(common: &CommonArgs, method: &MethodArgs, task: &TaskArgs) -> anyhow::Result<MissionOptions> {
+fn mission_options(args: &MissionArgs) -> anyhow::Result<MissionOptions> {
+    let MissionArgs { common, method, task, .. } = args;
     supported(method)?;
     let scenario = scenario(common)?;
     let interval = with_dof(task.interval, method.dof)?;
@@ -377,18 +348,18 @@ fn open(bus: &BusName, wire: &WireArgs) -> anyhow::Result<Live> {
 }
 
 fn run(args: &RunArgs) -> anyhow::Result<u8> {
-    let options = mission_options(&args.common, &args.method, &args.task)?;
+    let options = mission_options(&args.mission)?;
     anyhow::ensure!(args.record.is_none(), "--record does not exist yet in this build");
-    let pace = args.wire.pace.into();
-    let mut progress = Progress::new(is_quiet(&args.common));
+    let pace = args.mission.wire.pace;
+    let mut progress = Progress::new(is_quiet(&args.mission.common));
     let mut show = |event: &Progressed| progress.show(event);
     let result = match &args.bus {
         RunBus::Virtual => {
-            let mtu = args.wire.can.map_or(Mtu::Fd, Mtu::from);
+            let mtu = args.mission.wire.can.map_or(Mtu::Fd, Mtu::from);
             mission::run_on(&options, pace, &mut InProcess::new(mtu, Hooks::NONE), &mut show)?
         }
         RunBus::Live(bus) => {
-            let mut live = open(bus, &args.wire)?;
+            let mut live = open(bus, &args.mission.wire)?;
             let mut process = match bus {
                 BusName::SocketCan(_) => Some(ControllerProcess::start(bus, live.mtu(), pace)?),
                 BusName::Slcan(_) => None,
@@ -398,7 +369,7 @@ fn run(args: &RunArgs) -> anyhow::Result<u8> {
         }
     };
     progress.finish();
-    report(&args.common, &options, &result)
+    report(&args.mission.common, &options, &result)
 }
 
 /// Waits for the controller that was started, or is there.
@@ -418,9 +389,9 @@ fn meet(live: &mut Live, bus: &BusName, mut process: Option<&mut ControllerProce
 }
 
 fn serve_worlds(args: &ServeArgs) -> anyhow::Result<u8> {
-    let options = mission_options(&args.common, &args.method, &args.task)?;
-    let mut live = open(&args.bus, &args.wire)?;
-    let quiet = is_quiet(&args.common);
+    let options = mission_options(&args.mission)?;
+    let mut live = open(&args.bus, &args.mission.wire)?;
+    let quiet = is_quiet(&args.mission.common);
     let mut progress = Progress::new(quiet);
     let mut log = |line: &str| {
         if !quiet {
@@ -428,9 +399,9 @@ fn serve_worlds(args: &ServeArgs) -> anyhow::Result<u8> {
         }
     };
     let mut show = |event: &Progressed| progress.show(event);
-    let result = serve(&options, args.wire.pace.into(), args.missions, &mut live, &mut log, &mut show)?;
+    let result = serve(&options, args.mission.wire.pace, args.missions, &mut live, &mut log, &mut show)?;
     progress.finish();
-    report(&args.common, &options, &result)
+    report(&args.mission.common, &options, &result)
 }
 
 fn trials(args: &TrialsArgs) -> anyhow::Result<u8> {

@@ -1,11 +1,11 @@
 //! The controller as a process of its own, started and stopped by this one.
 
-use crate::host::Pace;
 use anyhow::{Context, ensure};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use tactus_common::can::Mtu;
 use tactus_hil::bus_name::BusName;
+use tactus_hil::choice::{CanFormat, Pace, name};
 
 /// Name of the program.
 const PROGRAM: &str = "tactus-controller";
@@ -22,16 +22,9 @@ impl ControllerProcess {
     /// The program is not beside this one, or does not start.
     pub fn start(bus: &BusName, mtu: Mtu, pace: Pace) -> anyhow::Result<Self> {
         let program = path()?;
-        let format = match mtu {
-            Mtu::Classic => "classic",
-            Mtu::Fd => "fd",
-        };
-        let pace = match pace {
-            Pace::Lockstep => "lockstep",
-            Pace::Realtime => "realtime",
-        };
+        let (format, pace) = (name(&CanFormat::from(mtu)), name(&pace));
         let child = Command::new(&program)
-            .args(["--bus", &bus.to_string(), "--can", format, "--pace", pace, "--once", "--quiet"])
+            .args(["--bus", &bus.to_string(), "--can", &format, "--pace", &pace, "--once", "--quiet"])
             .stdin(Stdio::null())
             .spawn()
             .with_context(|| format!("cannot start {}", program.display()))?;

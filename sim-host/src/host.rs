@@ -13,7 +13,10 @@ use tactus_common::message::{
 };
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::JointCommands;
+use tactus_hil::choice::Pace;
 
+/// Length of a tick.
+const TICK: Duration = Duration::from_micros(TICK_US as u64);
 /// Ticks after which a mission is called off: 180 s.
 const TICKS_MAX: u32 = 90_000;
 /// Ticks that go on after the end, for the object to come to rest: 0.5 s.
@@ -28,16 +31,6 @@ const SETUP_TICKS: u32 = 50;
 const SETUPS_MAX: u32 = 3;
 /// In real time an answer takes effect this much later than it is sent, so that it has arrived: 50 ms.
 const ANSWER_TICKS: u32 = 25;
-
-/// What makes the ticks come.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Pace {
-    /// The world waits for the controller, and the controller for the world.
-    #[default]
-    Lockstep,
-    /// The clock: a tick every 2 ms, whether the controller has answered or not.
-    Realtime,
-}
 
 /// The controller stopped answering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -162,7 +155,7 @@ impl Host {
         for tick in 0..TICKS_MAX {
             // What takes effect at a tick must have arrived before that tick's readings.
             wire.settle();
-            let due = started + Duration::from_micros(u64::from(TICK_US)) * (tick + 1);
+            let due = started + TICK * (tick + 1);
             let mut heard = Heard::default();
             if self.end.lost.is_none() {
                 heard = self.exchange(wire, tick, due)?;
@@ -220,7 +213,7 @@ impl Host {
             self.send(wire, &frame)?;
         }
         let waited_in_vain = heard.command.is_none() && asked.elapsed() >= wire.patience();
-        let silent_for = Duration::from_micros(u64::from(TICK_US)) * self.drives.missed;
+        let silent_for = TICK * self.drives.missed;
         if !wire.patience().is_zero() && (waited_in_vain || silent_for >= wire.patience()) {
             self.end.lost = Some(Lost { tick: tick - self.drives.missed, phase: self.phase });
         }

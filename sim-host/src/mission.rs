@@ -1,7 +1,7 @@
 //! One mission from its options to its report: draws what the seed decides, runs it, judges the end.
 
 use crate::hooks::Hooks;
-use crate::host::{Host, HostEnd, Lost, Pace};
+use crate::host::{Host, HostEnd, Lost};
 use crate::scenario::Scenario;
 use crate::wire::{InProcess, Wire, WireStats};
 use crate::world::{Mismatch, World};
@@ -14,6 +14,7 @@ use tactus_common::limits::TICK_US;
 use tactus_common::message::{DigestReport, Event, FailureReason, Outcome, SCHEMA_VERSION, Setup, Status};
 use tactus_common::pose::{Interval, PlanarPose, wrap};
 use tactus_common::shape::ObjectShape;
+use tactus_hil::choice::Pace;
 
 /// The outcome of a mission that did its job.
 pub const TRANSPORTED: &str = "transported";

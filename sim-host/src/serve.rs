@@ -1,10 +1,10 @@
 //! Worlds for controllers that come by themselves.
 
-use crate::host::Pace;
 use crate::mission::{self, MissionOptions, MissionReport, Progressed};
 use crate::report::progress::lost_text;
 use crate::wire::Wire;
 use std::time::Duration;
+use tactus_hil::choice::Pace;
 
 /// A world waits for ever, this long at a time.
 const PATIENCE: Duration = Duration::from_secs(1);

@@ -1,11 +1,12 @@
 //! The Tactus controller as a process on a bus.
 
-use clap::{Parser, ValueEnum};
+use clap::Parser;
 use std::process::ExitCode;
 use tactus_common::can::Mtu;
 use tactus_common::link::{CONTROLLER, WORLD};
 use tactus_common::message::{EventKind, Outcome};
 use tactus_hil::bus_name::BusName;
+use tactus_hil::choice::{CanFormat, Pace};
 use tactus_hil::shell::{Shell, ShellEnd, ShellOptions};
 use tactus_hil::usage::one_line;
 
@@ -26,9 +27,8 @@ struct Cli {
     bus: BusName,
     /// Frame format [default: CAN FD where the bus carries it].
     #[arg(long, value_enum, value_name = "FORMAT")]
-    can: Option<Format>,
-    /// What makes the ticks come: `lockstep` = the world waits for each command, silence is 2 s; `realtime` = every
-    /// 2 ms by the world's clock, silence is 20 periods.
+    can: Option<CanFormat>,
+    /// What makes the ticks come, and how long the world may be silent.
     #[arg(long, value_enum, default_value_t = Pace::Lockstep)]
     pace: Pace,
     /// End with the first mission, or after 30 s without one.
@@ -37,20 +37,6 @@ struct Cli {
     /// Print nothing but errors.
     #[arg(long)]
     quiet: bool,
-}
-
-#[derive(ValueEnum, Clone, Copy, Debug)]
-enum Format {
-    /// CAN 2.0, 8 bytes a frame.
-    Classic,
-    /// CAN FD, 64 bytes a frame.
-    Fd,
-}
-
-#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
-enum Pace {
-    Lockstep,
-    Realtime,
 }
 
 fn main() -> ExitCode {
@@ -65,18 +51,14 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let mtu = cli.can.map(|format| match format {
-        Format::Classic => Mtu::Classic,
-        Format::Fd => Mtu::Fd,
-    });
-    let mut bus = match cli.bus.open(mtu, &[WORLD, CONTROLLER]) {
+    let mut bus = match cli.bus.open(cli.can.map(Mtu::from), &[WORLD, CONTROLLER]) {
         Ok(bus) => bus,
         Err(error) => {
             eprintln!("error: --bus {}: {error}", cli.bus);
             return ExitCode::from(2);
         }
     };
-    let options = ShellOptions { realtime: cli.pace == Pace::Realtime, once: cli.once };
+    let options = ShellOptions { pace: cli.pace, once: cli.once };
     let mut shell = Shell::new(bus.as_mut(), options);
     let end = shell.run(&mut |said| {
         if !cli.quiet {

@@ -98,7 +98,7 @@ impl Wire for InProcess {
         Ok(Answered { complete, took })
     }
 
-    fn busy(&mut self, work: &mut (dyn FnMut() + Send)) {
+    fn busy(&mut self, work: &mut dyn FnMut()) {
         work();
     }
 

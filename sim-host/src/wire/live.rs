@@ -1,27 +1,22 @@
 //! A controller on a bus outside this process.
 
+use super::keep_alive::KeepAlive;
 use super::{Answered, Wire, WireStats};
 use anyhow::{Context, bail};
-use std::sync::mpsc;
 use std::time::{Duration, Instant};
 use tactus_common::can::{CanFrame, Mtu};
-use tactus_common::cyphal::{Header, Sender, Session, received_bytes};
+use tactus_common::cyphal::{Header, Session, received_bytes};
 use tactus_common::limits::TICK_US;
-use tactus_common::link::{self, CONTROLLER, SMALL_BYTES, WORLD, priority, subject};
-use tactus_common::message::{Heartbeat, Hello, SCHEMA_VERSION};
+use tactus_common::link::{self, CONTROLLER, SMALL_BYTES, subject};
+use tactus_common::message::{Hello, SCHEMA_VERSION};
 use tactus_hil::bit_time::BitRates;
-use tactus_hil::bus::{LiveBus, LiveStats, Refusal, SendOnly};
+use tactus_hil::bus::{LiveBus, LiveStats, send_within};
 use tactus_hil::bus_meter::BusMeter;
 
 /// How long the world waits on a CAN bus for the answer to one tick before it takes the controller for lost.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// Period of the heartbeats of a world that is busy: four within the controller's own patience.
-const KEEP_ALIVE: Duration = Duration::from_millis(500);
 /// A controller that was started anew counts its announcements from 0 again: below their period of 1 s.
 const HELLO_TIMEOUT_MS: u64 = 500;
-/// Wait before a refused frame is tried again.
-const RETRY: Duration = Duration::from_micros(200);
-
 /// A live bus with, somewhere on it, a controller.
 pub struct Live {
     name: String,
@@ -31,8 +26,7 @@ pub struct Live {
     before: LiveStats,
     opened: Instant,
     hello: Session<{ received_bytes(SMALL_BYTES, Mtu::Fd) }>,
-    heartbeat: Option<(Box<dyn SendOnly>, Sender<1>)>,
-    beats: u32,
+    keep_alive: KeepAlive,
     sent_at: Instant,
 }
 
@@ -43,6 +37,7 @@ impl Live {
     /// The bus gives no second access for the keep-alives.
     pub fn new(name: String, bus: Box<dyn LiveBus>) -> anyhow::Result<Self> {
         let sender = bus.sender().with_context(|| format!("--bus {name}: no second access"))?;
+        let keep_alive = KeepAlive::new(sender, bus.mtu());
         Ok(Self {
             name,
             before: bus.stats(),
@@ -50,8 +45,7 @@ impl Live {
             meter: BusMeter::new(BitRates::M1_5),
             hello: Session::new(subject::<Hello>(), CONTROLLER, HELLO_TIMEOUT_MS),
             opened: Instant::now(),
-            heartbeat: Some((sender, Sender::new(WORLD, [subject::<Heartbeat>()]))),
-            beats: 0,
+            keep_alive,
             sent_at: Instant::now(),
         })
     }
@@ -102,17 +96,8 @@ impl Wire for Live {
     }
 
     fn send(&mut self, frame: CanFrame) -> anyhow::Result<()> {
-        let started = Instant::now();
-        loop {
-            match self.bus.send(frame) {
-                Ok(()) => break,
-                Err(rejected) if rejected.reason == Refusal::Format || started.elapsed() >= self.patience() => {
-                    return Err(rejected).with_context(|| self.name.clone());
-                }
-                // A full queue empties, and an interface that is down may come up again.
-                Err(_) => std::thread::sleep(RETRY),
-            }
-        }
+        let patience = self.patience();
+        send_within(self.bus.as_mut(), frame, patience).with_context(|| self.name.clone())?;
         self.meter.carry(&frame);
         self.sent_at = Instant::now();
         Ok(())
@@ -147,35 +132,8 @@ impl Wire for Live {
         }
     }
 
-    fn busy(&mut self, work: &mut (dyn FnMut() + Send)) {
-        let Some((mut sender, mut counter)) = self.heartbeat.take() else { return work() };
-        let (mtu, mut beats) = (self.bus.mtu(), self.beats);
-        let (done, stop) = mpsc::channel::<()>();
-        let kept = std::thread::scope(|scope| {
-            let keeper = scope.spawn(move || {
-                while stop.recv_timeout(KEEP_ALIVE) == Err(mpsc::RecvTimeoutError::Timeout) {
-                    beats += 1;
-                    let beat = Heartbeat { uptime_s: beats.to_le_bytes(), health: 0, mode: 0, vendor: 0 };
-                    let mut buffer = [0; SMALL_BYTES];
-                    if let Ok(bytes) = link::encode(&beat, &mut buffer)
-                        && let Ok(frames) = counter.send(subject::<Heartbeat>(), priority::<Heartbeat>(), bytes, mtu)
-                    {
-                        // A heartbeat that does not get through is one beat less.
-                        frames.for_each(|frame| {
-                            let _ = sender.send(frame);
-                        });
-                    }
-                }
-                (sender, counter, beats)
-            });
-            work();
-            drop(done);
-            keeper.join()
-        });
-        if let Ok((sender, counter, beats)) = kept {
-            self.heartbeat = Some((sender, counter));
-            self.beats = beats;
-        }
+    fn busy(&mut self, work: &mut dyn FnMut()) {
+        self.keep_alive.during(work);
     }
 
     fn stats(&self) -> WireStats {

@@ -2,6 +2,7 @@
 //! end, or a bus outside, with the controller wherever it may be.
 
 mod in_process;
+mod keep_alive;
 mod live;
 
 pub use in_process::InProcess;
@@ -74,7 +75,7 @@ pub trait Wire {
     ) -> anyhow::Result<Answered>;
 
     /// Does `work`, which may take long; whoever is at the other end is told that the world is still there.
-    fn busy(&mut self, work: &mut (dyn FnMut() + Send));
+    fn busy(&mut self, work: &mut dyn FnMut());
 
     /// Figures of this mission.
     fn stats(&self) -> WireStats;

@@ -61,6 +61,6 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     };
     let mut bus = Wrong(bus);
-    Shell::new(&mut bus, ShellOptions { realtime: false, once: true }).run(&mut |said| eprintln!("{said}"));
+    Shell::new(&mut bus, ShellOptions { once: true, ..ShellOptions::default() }).run(&mut |said| eprintln!("{said}"));
     ExitCode::SUCCESS
 }
