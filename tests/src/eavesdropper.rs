@@ -1,11 +1,10 @@
 //! Someone who only listens: puts the messages of both ends together from their frames, and computes the digest of the
 //! mission from them, as `docs/protocol.md` defines it, without any code of the node.
 
-use crate::rig::subject;
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::cyphal::{Header, NodeId, Session, received_bytes};
 use tactus_common::limits::{PADS, PAYLOAD_BYTES_MAX};
-use tactus_common::link::{self, CONTROLLER, SMALL_BYTES, WORLD};
+use tactus_common::link::{self, CONTROLLER, SMALL_BYTES, WORLD, subject};
 use tactus_common::message::{
     Command, Digest, DigestReport, Event, EventKind, Hello, Message, Outcome, Phase, PlanAnswer, PlanRequest,
     RolloutRequest, RolloutResult, SensorFrame, Setup, Status, TactileSlice,

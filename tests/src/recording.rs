@@ -1,14 +1,14 @@
 //! A mission in the simulated world, with all that crossed the wire.
 
-use crate::rig::{Rig, Said, Told, subject};
+use crate::rig::{Rig, Said, Told};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::OnceLock;
 use tactus_common::can::CanFrame;
-use tactus_common::cyphal::{Header, NodeId, Session};
+use tactus_common::cyphal::{Header, Session};
 use tactus_common::limits::PAYLOAD_BYTES_MAX;
-use tactus_common::link;
-use tactus_common::message::{Phase, PlanAnswer, RolloutResult, SensorFrame, Setup, TactileSlice, node};
+use tactus_common::link::{self, WORLD, subject};
+use tactus_common::message::{Phase, PlanAnswer, RolloutResult, SensorFrame, Setup, TactileSlice};
 use tactus_common::pose::Interval;
 use tactus_sim_host::hooks::{Hooks, Passing, To};
 use tactus_sim_host::mission::{self, DEFAULT_OFFSET, MissionOptions, MissionReport, guess_around};
@@ -69,13 +69,12 @@ struct Listener {
 
 impl Listener {
     fn new() -> Self {
-        let world = NodeId::new(node::WORLD).expect("node ids are 7-bit constants");
         Self {
-            setup: Session::new(subject::<Setup>(), world, 0),
-            plan: Session::new(subject::<PlanAnswer>(), world, 0),
-            rollout: Session::new(subject::<RolloutResult>(), world, 0),
-            image: Session::new(subject::<TactileSlice>(), world, 0),
-            sensors: Session::new(subject::<SensorFrame>(), world, 0),
+            setup: Session::new(subject::<Setup>(), WORLD, 0),
+            plan: Session::new(subject::<PlanAnswer>(), WORLD, 0),
+            rollout: Session::new(subject::<RolloutResult>(), WORLD, 0),
+            image: Session::new(subject::<TactileSlice>(), WORLD, 0),
+            sensors: Session::new(subject::<SensorFrame>(), WORLD, 0),
             told: Vec::new(),
             open: Told::default(),
         }

@@ -1,12 +1,12 @@
 //! The controller's node with a wire in the test's hands.
 
 use tactus_common::can::{CanFrame, Mtu};
-use tactus_common::cyphal::{Header, NodeId, Priority, Sender, Session, SubjectId};
+use tactus_common::cyphal::{Header, NodeId, Sender, Session};
 use tactus_common::limits::PAYLOAD_BYTES_MAX;
-use tactus_common::link::{self, SMALL_BYTES};
+use tactus_common::link::{self, CONTROLLER, SMALL_BYTES, WORLD, priority, subject};
 use tactus_common::message::{
     Command, DigestReport, Event, EventKind, FaultReason, Message, Outcome, Phase, PlanAnswer, PlanRequest,
-    RolloutRequest, RolloutResult, SensorFrame, Setup, Status, TactileSlice, node,
+    RolloutRequest, RolloutResult, SensorFrame, Setup, Status, TactileSlice,
 };
 use tactus_common::reading::{HandCommand, JointCommands, JointReadings};
 use tactus_common::robot::ARM_LIMITS;
@@ -15,15 +15,9 @@ use tactus_controller::node::Node;
 /// Half a count of a torque on the wire, newton-metres.
 const TORQUE_ROUNDING_NM: f32 = 1.0 / 512.0;
 
-/// The subject of a message.
-pub fn subject<M: Message>() -> SubjectId {
-    SubjectId::new(M::SUBJECT).expect("subjects are 13-bit constants")
-}
-
 /// The identifier of a message from `source`.
-pub fn header<M: Message>(source: u8) -> Header {
-    let source = NodeId::new(source).expect("node ids are 7-bit constants");
-    Header { priority: Priority::ALL[usize::from(M::PRIORITY)], subject: subject::<M>(), source }
+pub fn header<M: Message>(source: NodeId) -> Header {
+    Header { priority: priority::<M>(), subject: subject::<M>(), source }
 }
 
 /// What the world's end sends in one tick, in the order of sending.
@@ -111,12 +105,10 @@ impl Default for Rig {
 impl Rig {
     /// A node that has just been switched on.
     pub fn new() -> Self {
-        let controller = NodeId::new(node::CONTROLLER).expect("node ids are 7-bit constants");
-        let world = NodeId::new(node::WORLD).expect("node ids are 7-bit constants");
         Self {
             node: Node::new(Mtu::Fd),
             sender: Sender::new(
-                world,
+                WORLD,
                 [
                     subject::<Setup>(),
                     subject::<SensorFrame>(),
@@ -126,12 +118,12 @@ impl Rig {
                 ],
             ),
             // The rig loses nothing, so nothing ever needs to be taken for new that looks old.
-            command: Session::new(subject::<Command>(), controller, 0),
-            plan: Session::new(subject::<PlanRequest>(), controller, 0),
-            rollout: Session::new(subject::<RolloutRequest>(), controller, 0),
-            status: Session::new(subject::<Status>(), controller, 0),
-            event: Session::new(subject::<Event>(), controller, 0),
-            digest: Session::new(subject::<DigestReport>(), controller, 0),
+            command: Session::new(subject::<Command>(), CONTROLLER, 0),
+            plan: Session::new(subject::<PlanRequest>(), CONTROLLER, 0),
+            rollout: Session::new(subject::<RolloutRequest>(), CONTROLLER, 0),
+            status: Session::new(subject::<Status>(), CONTROLLER, 0),
+            event: Session::new(subject::<Event>(), CONTROLLER, 0),
+            digest: Session::new(subject::<DigestReport>(), CONTROLLER, 0),
             finished: None,
             readings: None,
             tick: 0,
@@ -157,7 +149,7 @@ impl Rig {
     pub fn frames<M: Message>(&mut self, message: &M) -> Vec<CanFrame> {
         let mut buffer = [0; PAYLOAD_BYTES_MAX];
         let bytes = link::encode(message, &mut buffer).expect("the largest message fits");
-        let header = header::<M>(node::WORLD);
+        let header = header::<M>(WORLD);
         self.sender.send(header.subject, header.priority, bytes, Mtu::Fd).expect("a subject of the world").collect()
     }
 

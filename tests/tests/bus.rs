@@ -8,6 +8,7 @@ use std::rc::Rc;
 use tactus_common::can::{CanFrame, ID_MAX, Mtu};
 use tactus_common::cyphal::{Header, NodeId, Priority, Sender, SubjectId, TailByte};
 use tactus_common::limits::SILENCE_TICKS_MAX;
+use tactus_common::link::{CONTROLLER, WORLD, subject};
 use tactus_common::message::{
     Command, EventKind, FaultReason, Message, Outcome, Phase, PlanAnswer, RolloutResult, SensorFrame, Setup,
     TactileSlice, node,
@@ -16,7 +17,7 @@ use tactus_hil::virtual_bus::Faults;
 use tactus_sim_host::hooks::{Hooks, To};
 use tactus_sim_host::mission::MissionReport;
 use tactus_tests::recording::{Recording, options, run_hooked, run_tampered};
-use tactus_tests::rig::{Rig, Told, header, is_limp, subject};
+use tactus_tests::rig::{Rig, Told, header, is_limp};
 
 /// What a mission may come to when the wire loses or changes things.
 fn ended_with_a_reason(report: &MissionReport) {
@@ -247,7 +248,7 @@ fn an_old_sensor_frame_is_not_taken_for_new() {
 #[test]
 fn a_command_that_answers_another_tick_is_not_taken_by_the_world() {
     // Every command of a while is replaced by the one of ten ticks before, its transfer number made new.
-    let command = header::<Command>(node::CONTROLLER);
+    let command = header::<Command>(CONTROLLER);
     let mut old = std::collections::VecDeque::new();
     let mut count = 0;
     let report = run_tampered(&options(1), move |passing, arrives| {
@@ -331,7 +332,7 @@ fn random_bytes_under_our_ids_never_panic_and_never_exceed_a_limit() {
         (RolloutResult::SUBJECT, RolloutResult::PRIORITY),
     ];
     let mut random = Pcg32::seed_from_u64(17);
-    let mut senders = Sender::new(NodeId::new(node::WORLD).unwrap(), subjects.map(|(s, _)| SubjectId::new(s).unwrap()));
+    let mut senders = Sender::new(WORLD, subjects.map(|(s, _)| SubjectId::new(s).unwrap()));
     for mut rig in Recording::shared().stops(499) {
         for n in 0..1_000 {
             let (number, priority) = subjects[random.next_u32() as usize % subjects.len()];
@@ -350,15 +351,14 @@ fn random_bytes_under_our_ids_never_panic_and_never_exceed_a_limit() {
                     payload.resize(63, 0);
                     let tail = TailByte { start: true, end: true, toggle: true, transfer_id: n as u8 % 32 };
                     payload.push(tail.emit());
-                    let id =
-                        Header { priority: Priority::High, subject: number, source: NodeId::new(node::WORLD).unwrap() };
+                    let id = Header { priority: Priority::High, subject: number, source: WORLD };
                     rig.deliver(&[CanFrame::new(id.id(), &payload, Mtu::Fd).unwrap()]);
                 }
                 // Anything at all.
                 _ => {
                     let length = Mtu::Fd.frame_bytes(payload.len() % 65).unwrap();
                     payload.resize(length, 0);
-                    let id = header::<SensorFrame>(node::WORLD).id();
+                    let id = header::<SensorFrame>(WORLD).id();
                     rig.deliver(&[CanFrame::new(id, &payload, Mtu::Fd).unwrap()]);
                 }
             }

@@ -4,13 +4,14 @@
 
 use std::collections::BTreeSet;
 use tactus_common::limits::{ARM_JOINTS, SILENCE_TICKS_MAX};
+use tactus_common::link::subject;
 use tactus_common::message::{
     EventKind, FailureReason, FaultReason, Outcome, Phase, PlanAnswer, Purpose, RefusalReason, SensorFrame,
 };
 use tactus_common::reading::{JointReadings, Validity};
 use tactus_common::robot::ARM_LIMITS;
 use tactus_tests::recording::{PHASES, Recording, options, run_tampered};
-use tactus_tests::rig::{Rig, Said, Told, is_hold, is_limp, subject};
+use tactus_tests::rig::{Rig, Said, Told, is_hold, is_limp};
 
 /// Ticks between two places at which a fault is injected.
 const EVERY: u32 = 149;

@@ -7,7 +7,7 @@ use tactus_common::limits::{ARM_JOINTS, FINGERS, HAND_MOTORS, PAYLOAD_BYTES_MAX}
 use tactus_common::link::{self, CONTROLLER, WORLD, priority, subject};
 use tactus_common::message::{
     Command, Event, Hello, Message, Phase, PlanAnswer, PlanRequest, RolloutResult, SCHEMA_VERSION, SensorFrame, Setup,
-    Status, TactileSlice, node,
+    Status, TactileSlice,
 };
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::reading::{JointReadings, Validity};
@@ -140,20 +140,19 @@ fn random_identifiers_lengths_and_contents_change_nothing() {
 #[ignore = "needs vcan0: cargo xtask test runs it"]
 fn nonsense_under_our_own_identifiers_ends_in_success_or_with_a_reason_and_brings_nobody_down() {
     let cangen = |header: Header, rest: &str| format!("{INTERFACE} -i -e -I {:08X} {rest}", header.id());
-    let (world, controller) = (node::WORLD, node::CONTROLLER);
     for nonsense in [
-        &[cangen(header::<SensorFrame>(world), "-g 20 -f -L 64 -D r")][..],
+        &[cangen(header::<SensorFrame>(WORLD), "-g 20 -f -L 64 -D r")][..],
         // Each of these that is taken for a transfer makes up to 15 answers look old, 50 ms each.
-        &[cangen(header::<Command>(controller), "-g 100 -L r -D r")],
+        &[cangen(header::<Command>(CONTROLLER), "-g 100 -L r -D r")],
         // All the others at once.
         &[
-            cangen(header::<Setup>(world), "-g 20 -L r -D r"),
-            cangen(header::<TactileSlice>(world), "-g 20 -f -L 48 -D r"),
-            cangen(header::<PlanAnswer>(world), "-g 20 -L 8 -D r"),
-            cangen(header::<RolloutResult>(world), "-g 20 -f -L r -D r"),
-            cangen(header::<PlanRequest>(controller), "-g 20 -f -L 64 -D r"),
-            cangen(header::<Event>(controller), "-g 20 -L r -D r"),
-            cangen(header::<Status>(controller), "-g 20 -f -L r -D r"),
+            cangen(header::<Setup>(WORLD), "-g 20 -L r -D r"),
+            cangen(header::<TactileSlice>(WORLD), "-g 20 -f -L 48 -D r"),
+            cangen(header::<PlanAnswer>(WORLD), "-g 20 -L 8 -D r"),
+            cangen(header::<RolloutResult>(WORLD), "-g 20 -f -L r -D r"),
+            cangen(header::<PlanRequest>(CONTROLLER), "-g 20 -f -L 64 -D r"),
+            cangen(header::<Event>(CONTROLLER), "-g 20 -L r -D r"),
+            cangen(header::<Status>(CONTROLLER), "-g 20 -f -L r -D r"),
         ],
     ] {
         let (status, lines) = beside(nonsense);
@@ -169,7 +168,7 @@ fn nonsense_under_our_own_identifiers_ends_in_success_or_with_a_reason_and_bring
 fn a_controller_without_a_world_outlives_any_flood_and_serves_the_next_world() {
     let mut controller = controller(&[]);
     controller.wait_for("ready", SOON);
-    for id in [header::<Setup>(node::WORLD).id(), header::<SensorFrame>(node::WORLD).id()] {
+    for id in [header::<Setup>(WORLD).id(), header::<SensorFrame>(WORLD).id()] {
         let line = format!("{INTERFACE} -g 0 -e -f -I {id:08X} -L r -D r -n 2000 -i");
         let (status, lines) = Process::start("cangen", &line.split_whitespace().collect::<Vec<_>>()).end(SOON);
         assert!(status.success(), "{lines:?}");
