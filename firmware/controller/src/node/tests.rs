@@ -162,6 +162,26 @@ fn in_both_frame_formats_every_sensor_message_is_answered_by_the_command_of_its_
 }
 
 #[test]
+fn who_has_the_command_of_a_tick_has_all_that_the_tick_brought() {
+    for mtu in Mtu::ALL {
+        let mut world = World::new(mtu);
+        world.send(&setup());
+        let mut more = 0;
+        for tick in 0..=500 {
+            let mut said = Vec::new();
+            for frame in world.frames(&SensorFrame::pack(&readings(tick, home()))) {
+                world.node.receive(&frame, &mut |frame| said.push(frame));
+            }
+            let is_command = |frame: &CanFrame| Header::of(frame).expect("ours").subject == subject::<Command>();
+            let first = said.iter().position(is_command).expect("a command");
+            assert!(said[first..].iter().all(is_command), "tick {tick}: {said:?}");
+            more += first;
+        }
+        assert!(more > 20, "status, events, a question and heartbeats were among it");
+    }
+}
+
+#[test]
 fn a_node_understands_frames_of_the_format_that_it_does_not_send() {
     for (own, other) in [(Mtu::Fd, Mtu::Classic), (Mtu::Classic, Mtu::Fd)] {
         let mut world = World::new(own);
