@@ -177,7 +177,7 @@ fn who_has_the_command_of_a_tick_has_all_that_the_tick_brought() {
             assert!(said[first..].iter().all(is_command), "tick {tick}: {said:?}");
             more += first;
         }
-        assert!(more > 20, "status, events, a question and heartbeats were among it");
+        assert!(more > 10, "status (each 50 ticks), events and heartbeats were among it: {more}");
     }
 }
 
