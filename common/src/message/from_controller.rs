@@ -295,7 +295,7 @@ pub struct DigestReport {
 /// else changes, so that two programs of different versions can tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Hello {
-    /// [`SCHEMA_VERSION`] of the sender, little-endian.
+    /// [`SCHEMA_VERSION`](super::SCHEMA_VERSION) of the sender, little-endian.
     pub schema_version: [u8; 8],
 }
 

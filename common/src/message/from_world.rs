@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 /// place, except by touch.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Setup {
-    /// The sender's [`SCHEMA_VERSION`], little-endian.
+    /// The sender's [`SCHEMA_VERSION`](super::SCHEMA_VERSION), little-endian.
     pub schema_version: [u8; 8],
     /// What the object is.
     pub shape: ObjectShape,
@@ -142,7 +142,7 @@ pub enum RefusalReason {
     NonFinite,
 }
 
-/// The planner's answer to a [`PlanRequest`].
+/// The planner's answer to a [`PlanRequest`](super::PlanRequest).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct PlanAnswer {
     /// Tick from which the controller uses it.
@@ -156,7 +156,7 @@ pub struct PlanAnswer {
 /// Instants of a predicted contact matrix.
 pub const ROLLOUT_INSTANTS: usize = 16;
 
-/// What the mental world foretells for a [`RolloutRequest`].
+/// What the mental world foretells for a [`RolloutRequest`](super::RolloutRequest).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct RolloutResult {
     /// Tick from which the controller uses it.
@@ -165,6 +165,7 @@ pub struct RolloutResult {
     pub request: u16,
     /// Per finger: inner-link angle at first contact, radians, if it touches at all.
     pub onset_inner_rad: [Option<f32>; FINGERS],
-    /// Contact bits of the nine hand links at [`ROLLOUT_INSTANTS`] equally spaced instants of [`ROLLOUT_TICKS`].
+    /// Contact bits of the nine hand links at [`ROLLOUT_INSTANTS`] equally spaced instants of
+    /// [`ROLLOUT_TICKS`](super::ROLLOUT_TICKS).
     pub contacts: [u16; ROLLOUT_INSTANTS],
 }
