@@ -17,9 +17,9 @@ use nalgebra::Vector3;
 /// Cycles over the components between two adaptations of the steps (Corana: 20).
 const CYCLES: u16 = 5;
 /// Temperatures, at least, if the budget allows.
-const SWEEPS_MIN: u16 = 20;
+const SWEEPS_MIN: u16 = 40;
 /// The last temperature beside the first.
-const COOLED: f32 = 1e-5;
+const COOLED: f32 = 1e-4;
 /// How fast steps adapt (Corana's `c`).
 const ADAPTATION: f32 = 2.0;
 /// The longest step: half of the box.

@@ -95,6 +95,8 @@ pub struct Descent<D, L> {
     longest: f32,
     /// Length of the last line's step.
     last: f32,
+    /// Steps in a row that were too short to matter.
+    short_steps: usize,
 }
 
 impl<D: Direction, L: LineSearch> Strategy for Descent<D, L> {
@@ -114,6 +116,7 @@ impl<D: Direction, L: LineSearch> Strategy for Descent<D, L> {
             heading: Vector3::zeros(),
             longest: 0.0,
             last: FIRST_STEP,
+            short_steps: 0,
         }
     }
 
@@ -208,6 +211,9 @@ impl<D: Direction, L: LineSearch> Descent<D, L> {
 
     fn begin_line(&mut self, slope: &Slope, is_whole_step: bool) -> Next {
         let length = self.heading.norm();
+        if is_whole_step && self.heading.amax() < self.step_min {
+            return Next::Stop(StopReason::Converged);
+        }
         self.longest = distance_to_bound(&self.here.point, &self.heading);
         let shortest = self.step_min / length;
         let first = if is_whole_step { 1.0 } else { L::first(self.last).max(2.0 * shortest) };
@@ -243,9 +249,12 @@ impl<D: Direction, L: LineSearch> Descent<D, L> {
         self.here = self.lowest;
         self.last = moved.norm();
         self.direction.arrive(before, after);
-        // A step that ends at a bound is as short as the bound is near, which says nothing.
+        // A step that ends at a bound is as short as the bound is near, which says nothing; nor does one across a narrow
+        // valley: only as many as there are components do.
         let reached_bound = (0..self.free).any(|axis| is_outward(self.here.point[axis], self.heading[axis]));
-        if moved.amax() < self.step_min && !reached_bound {
+        let is_short = moved.amax() < self.step_min && !reached_bound;
+        self.short_steps = if is_short { self.short_steps + 1 } else { 0 };
+        if self.short_steps >= self.free {
             return Next::Stop(StopReason::Converged);
         }
         self.look()

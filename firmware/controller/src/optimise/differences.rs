@@ -68,7 +68,8 @@ impl Differencing {
         let axis = usize::from(self.axis);
         self.found.is_flat &= error == self.error;
         let side = if error.is_finite() { (self.offset(axis), error) } else { (0.0, self.error) };
-        if self.two_sided && !self.is_second_side && self.room(axis, -1.0) >= SIDE_MIN * self.steps[axis] {
+        let has_second_side = self.offset(axis) > 0.0 && self.room(axis, -1.0) >= SIDE_MIN * self.steps[axis];
+        if self.two_sided && has_second_side {
             self.first = side;
             self.is_second_side = true;
             return None;

@@ -67,7 +67,8 @@ impl LevenbergMarquardtStarts {
             let slope = if is_flat { None } else { self.convex(&model) };
             return Some(Evaluation { error, slope });
         }
-        let is_usable = self.options.gradient == Gradient::Analytic && evaluation.slope.is_some();
+        let is_usable =
+            self.options.gradient == Gradient::Analytic && evaluation.slope.is_some() && evaluation.is_finite();
         let is_better = evaluation.error.is_finite() && evaluation.error < self.least;
         if is_better {
             self.least = evaluation.error;
