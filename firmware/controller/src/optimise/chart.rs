@@ -104,7 +104,12 @@ impl Chart {
 
 /// The nearest point of the unit box; what is no number becomes a corner's.
 pub fn into_box(point: &Point) -> Point {
-    point.map(|value| value.max(-1.0).min(1.0))
+    point.map(|value| within(value, -1.0, 1.0))
+}
+
+/// `value` brought between `low` and `high`; `low` if it is no number, where the library's `clamp` would pass it on.
+pub fn within(value: f32, low: f32, high: f32) -> f32 {
+    value.max(low).min(high)
 }
 
 #[cfg(test)]

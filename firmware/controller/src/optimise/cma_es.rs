@@ -8,6 +8,7 @@
 //! learnt from; so the cloud can lie against a face. Errors that are no numbers rank last.
 
 use super::StopReason;
+use super::chart::within;
 use super::random::Random;
 use super::search::{Next, Point, Sample, Search, Setup, Strategy};
 use super::starts::start;
@@ -72,7 +73,7 @@ impl Rates {
     }
 }
 
-/// The strategy. About 900 bytes.
+/// The strategy. About 770 bytes.
 #[derive(Clone, Debug)]
 pub struct Evolution {
     free: usize,
@@ -231,8 +232,8 @@ impl Evolution {
         self.cloud += 1;
         self.rates = Rates::new(self.free, 2 * self.rates.population);
         self.mean = Vector3::zeros();
-        for axis in 0..self.free {
-            self.mean[axis] = 2.0 * unit[axis] - 1.0;
+        for (value, unit) in self.mean.iter_mut().zip(unit).take(self.free) {
+            *value = 2.0 * unit - 1.0;
         }
         self.spread = SPREAD;
         self.covariance = Matrix3::identity();
@@ -255,7 +256,7 @@ fn mirrored(value: f32) -> f32 {
     } else {
         value
     };
-    mirrored.max(-1.0).min(1.0)
+    within(mirrored, -1.0, 1.0)
 }
 
 /// CMA-ES.

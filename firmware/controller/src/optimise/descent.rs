@@ -76,7 +76,7 @@ enum Phase<L> {
     Line(L),
 }
 
-/// Descent with directions `D` and line searches `L`. About 600 bytes.
+/// Descent with directions `D` and line searches `L`. About 300 bytes.
 #[derive(Clone, Debug)]
 pub struct Descent<D, L> {
     free: usize,
@@ -97,6 +97,7 @@ pub struct Descent<D, L> {
     last: f32,
     /// Steps in a row that were too short to matter.
     short_steps: usize,
+    has_moved: bool,
 }
 
 impl<D: Direction, L: LineSearch> Strategy for Descent<D, L> {
@@ -117,6 +118,7 @@ impl<D: Direction, L: LineSearch> Strategy for Descent<D, L> {
             longest: 0.0,
             last: FIRST_STEP,
             short_steps: 0,
+            has_moved: false,
         }
     }
 
@@ -203,6 +205,8 @@ impl<D: Direction, L: LineSearch> Descent<D, L> {
         }
         // A whole step keeps its length, so that 1 is all of it; any other becomes one half width long.
         if !heading.is_whole_step {
+            // In two steps: the square of a large slope is beyond 32-bit numbers.
+            heading.direction /= heading.direction.amax();
             heading.direction /= heading.direction.norm();
         }
         self.heading = heading.direction;
@@ -239,7 +243,7 @@ impl<D: Direction, L: LineSearch> Descent<D, L> {
     fn arrive(&mut self) -> Next {
         if self.lowest.error >= self.here.error {
             if !self.direction.restart() {
-                return Next::Stop(StopReason::NoDescent);
+                return Next::Stop(if self.has_moved { StopReason::Converged } else { StopReason::NoDescent });
             }
             let needs_more = self.direction.wants_curvature() && !self.knows_curvature;
             return if needs_more { self.look() } else { self.head() };
@@ -247,6 +251,7 @@ impl<D: Direction, L: LineSearch> Descent<D, L> {
         let moved = self.lowest.point - self.here.point;
         let (before, after) = (self.here.error, self.lowest.error);
         self.here = self.lowest;
+        self.has_moved = true;
         self.last = moved.norm();
         self.direction.arrive(before, after);
         // A step that ends at a bound is as short as the bound is near, which says nothing; nor does one across a narrow

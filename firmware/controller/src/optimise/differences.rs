@@ -4,12 +4,14 @@
 //! (eq. 20), per component. At a bound the one-sided step goes inwards, and the two-sided one is shortened on the side
 //! of the bound; a side where the error is no number is left out.
 
+use super::chart::within;
 use super::search::Point;
 use nalgebra::Vector3;
 
 /// A side shorter than this part of the step is not worth an evaluation.
 const SIDE_MIN: f32 = 0.1;
-/// The longest step, in half widths.
+/// The shortest and the longest step, in half widths: well above the numbers' resolution, and within the box.
+const STEP_MIN: f32 = 1e-5;
 const STEP_MAX: f32 = 0.5;
 
 /// What was found.
@@ -100,9 +102,9 @@ impl Differencing {
     }
 }
 
-/// Steps that a difference can be made of: positive, at most half of a half width, well above the numbers' resolution.
+/// Steps that a difference can be made of.
 pub fn usable(steps: &Point) -> Point {
-    steps.map(|step| step.max(1e-5).min(STEP_MAX))
+    steps.map(|step| within(step, STEP_MIN, STEP_MAX))
 }
 
 #[cfg(test)]

@@ -44,9 +44,9 @@ struct Division {
     next: u8,
 }
 
-/// The strategy. About 6.6 KiB.
+/// The strategy. About 6.5 KiB.
 #[derive(Clone, Debug)]
-pub struct Division3 {
+pub struct Dividing {
     free: usize,
     level_max: u8,
     cells: Vec<Cell, CELLS_MAX>,
@@ -58,7 +58,7 @@ pub struct Division3 {
     has_begun: bool,
 }
 
-impl Strategy for Division3 {
+impl Strategy for Dividing {
     fn new(setup: &Setup) -> Self {
         let mut level_max = 1;
         let mut half_side = 1.0 / 3.0;
@@ -105,7 +105,7 @@ impl Strategy for Division3 {
     }
 }
 
-impl Division3 {
+impl Dividing {
     /// Takes the next box that was chosen, choosing anew when there is none.
     fn begin_division(&mut self) -> Next {
         if self.chosen.is_empty() {
@@ -232,17 +232,17 @@ fn third(level: u8) -> f32 {
 }
 
 /// DIRECT.
-pub type Direct = Search<Division3>;
+pub type Direct = Search<Dividing>;
 
 #[cfg(test)]
 mod tests {
     use super::super::SearchOptions;
     use super::*;
 
-    fn divided(free: usize, evaluations: usize, error: impl Fn(&Point) -> f32) -> Division3 {
+    fn divided(free: usize, evaluations: usize, error: impl Fn(&Point) -> f32) -> Dividing {
         let options = SearchOptions::default();
         let setup = Setup { start: Point::zeros(), free, steps: Point::repeat(0.01), options };
-        let mut direct = Division3::new(&setup);
+        let mut direct = Dividing::new(&setup);
         let mut point = setup.start;
         for _ in 0..evaluations {
             match direct.next(&Sample { point, error: error(&point), model: None }) {

@@ -143,8 +143,8 @@ impl Method {
     }
 }
 
-/// Any optimiser, chosen while the program runs. Takes the memory of the largest, DIRECT, below 8 KiB; of the others none
-/// takes 1.5 KiB ([`Method::size`]).
+/// Any optimiser, chosen while the program runs. Takes the memory of the largest, DIRECT: 6.7 kB. The others take 0.3 to
+/// 0.9 kB each ([`Method::size`]).
 #[derive(Clone, Debug)]
 pub struct AnyOptimiser {
     inner: Inner,
@@ -164,10 +164,10 @@ mod tests {
     }
 
     #[test]
-    fn any_fits_8_kib_and_all_but_direct_1_5_kib() {
+    fn any_fits_8_kib_and_all_but_direct_1_kib() {
         assert!(size_of::<AnyOptimiser>() <= 8192, "{}", size_of::<AnyOptimiser>());
         for method in Method::ALL {
-            assert!(method.size() <= 1536 || method == Method::Direct, "{}: {}", method.name(), method.size());
+            assert!(method.size() <= 1024 || method == Method::Direct, "{}: {}", method.name(), method.size());
         }
     }
 }

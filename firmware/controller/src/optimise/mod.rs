@@ -62,9 +62,10 @@ pub struct Found {
 /// Why a search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
-    /// The step or the gain has become too small to matter.
+    /// The step or the gain has become too small to matter; also where, after steps that led down, none that matters
+    /// does.
     Converged,
-    /// No step makes the error smaller, however short.
+    /// No step makes the error smaller, however short: for a descent, none from its start.
     NoDescent,
     /// As many evaluations as allowed.
     EvaluationLimit,

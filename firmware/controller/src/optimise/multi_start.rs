@@ -18,7 +18,7 @@ use tactus_common::pose::PlanarPose;
 /// Poses that one start may try; a bent valley takes this many.
 const TRIALS_MAX: u16 = 60;
 
-/// The search. About 700 bytes.
+/// The search. About 430 bytes.
 #[derive(Clone, Debug)]
 pub struct LevenbergMarquardtStarts {
     chart: Chart,

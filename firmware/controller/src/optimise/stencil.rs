@@ -44,11 +44,12 @@ impl Stencil {
         for axis in free..3 {
             point[axis] = 0.0;
         }
-        if index == 0 {
-        } else if index <= 2 * free {
+        if (1..=2 * free).contains(&index) {
             let axis = (index - 1) / 2;
             point[axis] += if index % 2 == 1 { self.steps[axis] } else { -self.steps[axis] };
-        } else if let Some((i, j)) = PAIRS.get(index - 1 - 2 * free) {
+        } else if index > 0
+            && let Some((i, j)) = PAIRS.get(index - 1 - 2 * free)
+        {
             point[*i] += self.steps[*i];
             point[*j] += self.steps[*j];
         }

@@ -356,6 +356,46 @@ fn of_many_minima_local_methods_find_one_and_global_ones_the_least() {
 }
 
 #[test]
+fn a_slope_that_deceives_from_the_start_is_named() {
+    let problem = Problem::BOWL_2;
+    for method in Method::ALL.into_iter().filter(|method| is_local(*method)) {
+        let options = options(200, Gradient::Analytic);
+        let mut search = AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options);
+        let (found, reason) = carry_through(&mut search, |pose| {
+            let mut evaluation = problem.evaluate(pose);
+            if let Some(slope) = &mut evaluation.slope {
+                slope.half_gradient = -slope.half_gradient;
+            }
+            evaluation
+        })
+        .expect("an end");
+        assert_eq!((reason, found.pose), (StopReason::NoDescent, problem.pose(START)), "{}", method.name());
+    }
+}
+
+#[test]
+fn the_scale_of_the_error_does_not_matter() {
+    let problem = Problem { has_slope: false, ..Problem::BOWL_2 };
+    for scale in [1e-8, 1e14] {
+        for method in Method::ALL {
+            // Levenberg-Marquardt takes an error for chi-squared: below 1 there is nothing to learn.
+            if method == Method::LevenbergMarquardt && scale < 1.0 {
+                continue;
+            }
+            let options = options(800, Gradient::TwoSided);
+            let mut search = AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options);
+            let (found, reason) = carry_through(&mut search, |pose| {
+                let Evaluation { error, slope } = problem.evaluate(pose);
+                Evaluation { error: error * scale, slope }
+            })
+            .expect("an end");
+            let off = problem.distance(&found.pose);
+            assert!(off < 0.02, "{} at {scale:e}: {off} {reason:?} {}", method.name(), search.evaluations());
+        }
+    }
+}
+
+#[test]
 fn local_methods_say_at_once_that_a_start_without_a_number_is_none_and_global_ones_go_on() {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         for method in Method::ALL {
@@ -512,7 +552,7 @@ proptest! {
         let error = |pose: &PlanarPose| match shape {
             0 => noise(pose, seed, true),
             1 => noise(pose, seed, false),
-            2 => Evaluation { error: 1e30 * pose.x_m * pose.x_m, slope: None },
+            2 => Evaluation { error: 1e35 * (pose.x_m * pose.x_m + pose.y_m * pose.y_m), slope: None },
             _ => Evaluation { error: libm::fabsf(pose.x_m) + libm::fabsf(pose.y_m - pose.phi_rad), slope: None },
         };
         for method in Method::ALL {
