@@ -4,7 +4,6 @@
 //! (projected gradients with an active set; Nocedal & Wright 2006, section 16.7).
 
 use super::StopReason;
-use super::chart::into_box;
 use super::differences::Differencing;
 use super::line::{Line, LineSearch};
 use super::options::Gradient;
@@ -254,10 +253,8 @@ impl<D: Direction, L: LineSearch> Descent<D, L> {
         self.has_moved = true;
         self.last = moved.norm();
         self.direction.arrive(before, after);
-        // A step that ends at a bound is as short as the bound is near, which says nothing; nor does one across a narrow
-        // valley: only as many as there are components do.
-        let reached_bound = (0..self.free).any(|axis| is_outward(self.here.point[axis], self.heading[axis]));
-        let is_short = moved.amax() < self.step_min && !reached_bound;
+        // One short step may be one across a narrow valley: only as many in a row as there are components count.
+        let is_short = moved.amax() < self.step_min;
         self.short_steps = if is_short { self.short_steps + 1 } else { 0 };
         if self.short_steps >= self.free {
             return Next::Stop(StopReason::Converged);
@@ -279,7 +276,7 @@ impl<D: Direction, L: LineSearch> Descent<D, L> {
     }
 
     fn on_line(&self, distance: f32) -> Point {
-        into_box(&(self.here.point + self.heading * distance))
+        self.here.point + self.heading * distance
     }
 }
 

@@ -423,6 +423,19 @@ fn local_methods_say_at_once_that_a_start_without_a_number_is_none_and_global_on
 }
 
 #[test]
+fn division_finds_the_numbers_in_a_region_that_has_hardly_any() {
+    let problem = Problem::BOWL_2;
+    let mut search =
+        AnyOptimiser::new(Method::Direct, &problem.pose(START), &problem.bounds(), &options(600, Gradient::Analytic));
+    let (found, _) = carry_through(&mut search, |pose| {
+        let Evaluation { error, .. } = problem.evaluate(pose);
+        Evaluation { error: if error < 4.0 { error } else { f32::NAN }, slope: None }
+    })
+    .expect("an end");
+    assert!(problem.distance(&found.pose) < 0.01, "{found:?}");
+}
+
+#[test]
 fn a_cliff_beside_the_minimum_keeps_no_method_from_it() {
     let problem = Problem::BOWL_2;
     for method in Method::ALL {

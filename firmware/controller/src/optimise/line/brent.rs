@@ -152,6 +152,25 @@ mod tests {
     }
 
     #[test]
+    fn on_cusps_flats_and_cliffs_it_needs_no_more_evaluations_than_golden_sections_do() {
+        let errors: [fn(f32) -> f32; 6] = [
+            |t| libm::sqrtf(libm::fabsf(t - 0.7)),
+            |t| libm::powf(t - 0.7, 4.0),
+            |t| libm::expf(8.0 * t) - 60.0 * t,
+            |t| 1.0 / (0.01 + t) + 4.0 * t,
+            |t| -1.0 / (1.0 + 400.0 * (t - 0.7) * (t - 0.7)),
+            |t| if t < 1.5 { 2.0 - t } else { 0.5 + 1000.0 * (t - 1.5) },
+        ];
+        for (index, error) in errors.into_iter().enumerate() {
+            let line = bench::line(error);
+            let (brent, few) = bench::run::<Bracketed<Brent>>(&line, error);
+            let (golden, many) = bench::run::<Bracketed<GoldenSection>>(&line, error);
+            assert!(few <= many, "{index}: {few} {many}");
+            assert!((brent.at - golden.at).abs() < TOLERANCE * golden.at, "{index}: {brent:?} {golden:?}");
+        }
+    }
+
+    #[test]
     fn kinks_and_missing_numbers_do_not_keep_it_from_the_minimum() {
         for minimum in [0.05_f32, 0.33, 1.1] {
             let error = |t: f32| if t > 1.3 * minimum { f32::INFINITY } else { libm::fabsf(t - minimum) };
