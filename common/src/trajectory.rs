@@ -1,5 +1,7 @@
 //! A motion of the arm: timed knots with position, velocity and acceleration, quintic between them.
 
+mod bound;
+
 use crate::limits::{ARM_ACCELERATION_MAX_RAD_S2, ARM_JOINTS, KNOTS_MAX, TICK_S};
 use crate::robot::JointLimit;
 use heapless::Vec;
@@ -124,7 +126,8 @@ impl Trajectory {
 
     /// Whether the arm can follow: times, finite numbers, rest at the end, and position, velocity and acceleration within
     /// the limits, looked at in [`CHECKS_PER_SEGMENT`] instants of each segment. Accelerations are held to
-    /// [`ARM_ACCELERATION_MAX_RAD_S2`]. Cost: at most `KNOTS_MAX * CHECKS_PER_SEGMENT` samples.
+    /// [`ARM_ACCELERATION_MAX_RAD_S2`]. Cost: at most `KNOTS_MAX * CHECKS_PER_SEGMENT` samples; none in segments that a bound
+    /// already shows to be within the limits.
     ///
     /// # Errors
     /// The first thing found wrong, in order of time.
@@ -143,6 +146,9 @@ impl Trajectory {
             // Half a tick of slack: knots a tick apart in `f32` may be a rounding short of it.
             if to.t_s - from.t_s < 0.5 * TICK_S || to.t_s > DURATION_MAX_S {
                 return Err(TrajectoryError::Time { knot: i as u8 + 1 });
+            }
+            if limits.iter().enumerate().all(|(joint, limit)| bound::keeps_within(from, to, joint, limit)) {
+                continue;
             }
             for k in 1..=CHECKS_PER_SEGMENT {
                 let t_s = from.t_s + (to.t_s - from.t_s) * (k as f32 / CHECKS_PER_SEGMENT as f32);

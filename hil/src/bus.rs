@@ -98,6 +98,11 @@ pub trait LiveBus: Bus + Send {
 
     /// What it has suffered.
     fn stats(&self) -> LiveStats;
+
+    /// How many times as long as on a CAN bus one must wait for an answer.
+    fn slowness(&self) -> u32 {
+        1
+    }
 }
 
 /// The sending half of a [`LiveBus`].

@@ -2,6 +2,7 @@
 //!
 //! * [`bus`]: the seam: what a node needs of a bus, whichever it is.
 //! * [`bus_name`]: buses outside this process by name. [`shell`]: the controller as a process on one.
+//! * [`usage`]: usage errors in one line.
 //! * [`virtual_bus`]: a CAN bus within the process: arbitration, exact bit times, bounded queues, faults by seed.
 //! * [`socketcan_bus`]: Linux's own CAN interfaces.
 //! * [`slcan_bus`]: frames as text over a serial port, a pseudo terminal or a Unix socket.
@@ -22,4 +23,5 @@ pub mod puck_responder;
 pub mod shell;
 pub mod slcan_bus;
 pub mod socketcan_bus;
+pub mod usage;
 pub mod virtual_bus;

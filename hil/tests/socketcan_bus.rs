@@ -153,6 +153,18 @@ fn a_long_burst_arrives_in_order_with_nothing_lost_and_its_times_rise() {
 
 #[test]
 #[ignore = "needs vcan0: cargo xtask test runs it"]
+fn a_frame_bears_the_time_of_its_arrival_not_of_its_fetching() {
+    let interface = Interface::new("vcan1", 72);
+    let (mut here, mut there) = (interface.open(), interface.open());
+    here.send(frame(1, 8, Mtu::Fd)).unwrap();
+    let sent = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_nanos() as u64;
+    std::thread::sleep(QUIET);
+    let fetched = there.receive().expect("it has long come");
+    assert!(fetched.at_ns <= sent, "{} ns late", fetched.at_ns - sent);
+}
+
+#[test]
+#[ignore = "needs vcan0: cargo xtask test runs it"]
 fn what_the_queue_had_no_room_for_is_counted() {
     let interface = Interface::new("vcan1", 72);
     let (mut here, mut there) = (interface.open(), interface.open());

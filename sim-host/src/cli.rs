@@ -19,6 +19,7 @@ use tactus_common::can::Mtu;
 use tactus_common::link::CONTROLLER;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_hil::bus_name::BusName;
+use tactus_hil::usage::one_line;
 
 /// Exit status: usage or input error.
 const EXIT_USAGE: u8 = 2;
@@ -271,7 +272,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::SUCCESS;
         }
         Err(error) => {
-            eprintln!("{}", one_line(&error));
+            eprintln!("{} (see tactus --help)", one_line(&error));
             return ExitCode::from(EXIT_USAGE);
         }
     };
@@ -298,15 +299,6 @@ fn with_default_command(args: impl IntoIterator<Item = OsString>) -> Vec<OsStrin
         args.insert(1, "run".into());
     }
     args
-}
-
-/// A usage error as one line: what is wrong and where help is.
-fn one_line(error: &clap::Error) -> String {
-    let text = error.render().to_string();
-    let lines: Vec<&str> = text.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
-    let what: Vec<&str> =
-        lines.iter().copied().take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more")).collect();
-    format!("{} (see tactus --help)", what.join("; "))
 }
 
 /// Refuses by name what does not exist yet.

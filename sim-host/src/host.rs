@@ -20,8 +20,9 @@ const TICKS_MAX: u32 = 90_000;
 const REST_TICKS: u32 = 250;
 /// Ticks that go on after the controller was lost, for the drives to let go and the arm to come down: 2 s.
 const ABANDONED_TICKS: u32 = 1_000;
-/// Time after which a tick's readings are sent again if there is no answer; lockstep on a live bus.
-const REPEAT: Duration = Duration::from_millis(50);
+/// So often a tick's readings are sent again within the world's patience, if there is no answer; lockstep on a live bus:
+/// every 50 ms on a CAN bus.
+const REPEATS: u32 = 40;
 /// Ticks by which the controller must have taken its set-up, and how often it is sent again.
 const SETUP_TICKS: u32 = 50;
 const SETUPS_MAX: u32 = 3;
@@ -208,7 +209,7 @@ impl Host {
         loop {
             let until = match self.pace {
                 Pace::Realtime => due,
-                Pace::Lockstep => Instant::now() + REPEAT.min(wire.patience()),
+                Pace::Lockstep => Instant::now() + wire.patience() / REPEATS,
             };
             let answered = wire.answer(tick, until, &mut |frame| self.post.hear(frame, tick, &mut heard))?;
             if answered.complete || self.pace == Pace::Realtime || asked.elapsed() >= wire.patience() {

@@ -7,6 +7,7 @@ use crate::program::{self, Profile};
 use serde_json::Value;
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 use tactus_common::can::CanFrame;
 use tactus_common::message::Phase;
@@ -57,6 +58,15 @@ pub fn in_process(args: &[&str]) -> Value {
     summary
 }
 
+/// The digest of the [`SHORT`] mission in one process, in hexadecimal digits.
+///
+/// # Panics
+/// If the mission fails.
+pub fn short_digest() -> &'static str {
+    static DIGEST: OnceLock<String> = OnceLock::new();
+    DIGEST.get_or_init(|| in_process(&SHORT)["digest"].as_str().expect("a digest").to_owned())
+}
+
 /// The summary of a mission in two processes.
 pub fn in_two_processes(args: &[&str]) -> Value {
     let (summary, ran) = program::summary(Profile::Release, &[&["run", "--quiet", "--bus", BUS], args].concat());
@@ -94,8 +104,9 @@ impl Witness {
     /// # Panics
     /// If there is no `candump`.
     pub fn begin(name: &str) -> Self {
-        let log = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../target/tmp").join(name);
-        let line = format!("exec candump -L -d -r 8388608 {INTERFACE} >'{}'", log.display());
+        // In memory, where it writes fast, and with a queue of 64 MiB: it shares its processor with both ends.
+        let log = PathBuf::from("/dev/shm").join(name);
+        let line = format!("exec candump -L -d -r 67108864 {INTERFACE} >'{}'", log.display());
         let process = Process::start("sh", &["-c", &line]);
         // It has no way to say that it listens.
         std::thread::sleep(Duration::from_millis(300));
@@ -108,15 +119,12 @@ impl Witness {
     /// If it saw that it missed some.
     pub fn end(mut self) -> Vec<CanFrame> {
         std::thread::sleep(Duration::from_millis(300));
-        self.process.interrupt();
-        let started = Instant::now();
-        while !self.process.has_ended() {
-            assert!(started.elapsed() < SOON, "candump does not end");
-            std::thread::sleep(Duration::from_millis(10));
-        }
+        self.process.interrupt(SOON);
         assert_eq!(self.process.lines(), Vec::<String>::new(), "candump misses nothing");
         let log = std::fs::read_to_string(&self.log).expect("candump wrote its log");
         let _ = std::fs::remove_file(&self.log);
+        let dropped = log.lines().find(|line| line.contains("DROPCOUNT"));
+        assert_eq!(dropped, None, "candump misses nothing");
         candump::frames(&log)
     }
 }
@@ -142,11 +150,24 @@ impl Ear {
     /// # Panics
     /// If that is not in time.
     pub fn wait_for_phase(&mut self, phase: Phase, limit: Duration) {
+        self.wait_until(limit, |listener| listener.phase() == Some(phase));
+    }
+
+    /// Waits until the mission is at this tick, or over.
+    ///
+    /// # Panics
+    /// If that is not in time.
+    pub fn wait_for_tick(&mut self, tick: u32, limit: Duration) {
+        self.wait_until(limit, |l| l.tick().is_some_and(|now| now >= tick) || l.finished().is_some());
+    }
+
+    fn wait_until(&mut self, limit: Duration, reached: impl Fn(&Eavesdropper) -> bool) {
         let started = Instant::now();
-        while self.listener.phase() != Some(phase) {
-            assert!(started.elapsed() < limit, "not in phase {phase:?} in time, but {:?}", self.listener.phase());
+        while !reached(&self.listener) {
+            let (phase, tick) = (self.listener.phase(), self.listener.tick());
+            assert!(started.elapsed() < limit, "not there within {limit:?}, but in phase {phase:?} at tick {tick:?}");
             self.bus.wait(Duration::from_millis(100));
-            while self.listener.phase() != Some(phase)
+            while !reached(&self.listener)
                 && let Some(received) = self.bus.receive()
             {
                 self.listener.hear(&received.frame);

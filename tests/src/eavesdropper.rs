@@ -14,6 +14,10 @@ use tactus_common::message::{
 const SMALL: usize = received_bytes(SMALL_BYTES, Mtu::Fd);
 const LARGE: usize = received_bytes(PAYLOAD_BYTES_MAX, Mtu::Fd);
 
+/// The listener's time is the count of frames. The longest transfer has 606 of CAN 2.0; a node that was started anew needs
+/// longer than this.
+const TIMEOUT_FRAMES: u64 = 1_000;
+
 /// What was overheard of a mission.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Overheard {
@@ -67,8 +71,7 @@ struct Waiting {
 }
 
 fn from<M: Message, const BYTES: usize>(source: NodeId) -> Session<BYTES> {
-    // A wire that is recorded as it was gives no frame twice: no transfer-ID is ever too old.
-    Session::new(subject::<M>(), source, 0)
+    Session::new(subject::<M>(), source, TIMEOUT_FRAMES)
 }
 
 /// The bytes of a message.
@@ -124,6 +127,11 @@ impl Eavesdropper {
     /// Phase of the mission, as last told.
     pub fn phase(&self) -> Option<Phase> {
         self.phase
+    }
+
+    /// Tick of the mission, as last told.
+    pub fn tick(&self) -> Option<u32> {
+        self.tick
     }
 
     /// How the mission ended.
@@ -199,7 +207,10 @@ impl Eavesdropper {
             self.overheard.reported = Some((u64::from_le_bytes(report.digest), report.ticks));
         }
         if let Some(command) = heard!(command, Command) {
-            self.command_said.get_or_insert_with(|| bytes(&command));
+            // Readings that were sent twice are answered twice, the second time perhaps after the next ones.
+            if command.unpack().map(|command| command.tick) == self.tick {
+                self.command_said.get_or_insert_with(|| bytes(&command));
+            }
         }
         let _ = heard!(hello, Hello);
     }

@@ -9,7 +9,13 @@ use std::time::{Duration, Instant};
 
 /// Where `cargo xtask cross` leaves the image of the emulated board.
 pub fn image() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../target/firmware/mps2-an386.elf")
+    let here = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../target");
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(here, PathBuf::from).join("firmware/mps2-an386.elf")
+}
+
+/// Where the tests leave what the image measured of itself, for `cargo xtask cross`.
+pub fn measurements() -> PathBuf {
+    image().with_extension("measured")
 }
 
 /// A line that the image told its emulator: `tactus: KIND name=value ...`.

@@ -7,6 +7,7 @@
 //! * [`can_bench`]: world and controller as processes on `vcan0`.
 //! * [`candump`]: the log of an independent witness on a CAN interface.
 //! * [`process`]: programs that run beside a test.
+//! * [`serial_world`]: the world's end of a serial line, in the test's hands.
 //! * [`program`]: the `tactus` command, built and run as people do.
 //!
 //! A recorded mission costs seconds once; a rig plays it in a fraction of one and can be cloned at any tick. So a fault
@@ -20,3 +21,4 @@ pub mod process;
 pub mod program;
 pub mod recording;
 pub mod rig;
+pub mod serial_world;

@@ -112,13 +112,26 @@ impl Process {
         let _ = self.child.wait();
     }
 
-    /// Asks it to end, as Ctrl-C does.
+    /// Sends it a signal, by name.
     ///
     /// # Panics
     /// If there is no `kill`.
-    pub fn interrupt(&self) {
-        let id = self.child.id().to_string();
-        Command::new("kill").args(["-INT", &id]).status().expect("there is kill");
+    pub fn signal(&self, name: &str) {
+        let (name, id) = (format!("-{name}"), self.child.id().to_string());
+        Command::new("kill").args([&name, &id]).status().expect("there is kill");
+    }
+
+    /// Asks it to end, as Ctrl-C does, and waits for that.
+    ///
+    /// # Panics
+    /// If there is no `kill`, or it does not end in time.
+    pub fn interrupt(&mut self, limit: Duration) {
+        self.signal("INT");
+        let started = Instant::now();
+        while !self.has_ended() {
+            assert!(started.elapsed() < limit, "{} does not end", self.name);
+            std::thread::sleep(LOOK);
+        }
     }
 }
 

@@ -1,7 +1,9 @@
 //! `cargo xtask`: the same commands for people and for CI. Here: the command line. [`setup`]: what the commands need
-//! from the machine. [`lint`], [`tests`]: what must be green before a change lands. [`vcan`]: a CAN interface for any command. [`cargo`]: calls of cargo.
+//! from the machine. [`lint`], [`tests`]: what must be green before a change lands. [`vcan`]: a CAN interface for any command.
+//! [`cross`]: firmware images. [`cargo`]: calls of cargo.
 
 mod cargo;
+mod cross;
 mod lint;
 mod setup;
 mod tests;
@@ -27,9 +29,9 @@ enum Task {
     Setup,
     /// Format, lint, test: all that must be green before a change lands.
     Test {
-        /// Only the tests that cargo itself cannot run: those that need a CAN interface.
-        #[arg(long)]
-        elsewhere: bool,
+        /// Only the tests that cargo itself cannot run and whose files' names begin so: `socketcan`, `firmware`.
+        #[arg(long, value_name = "FILES")]
+        only: Option<String>,
     },
     /// Run the ignored tests of these binaries, and write the number of those that passed to a file.
     #[command(hide = true)]
@@ -39,8 +41,25 @@ enum Task {
         /// The binaries.
         binaries: Vec<PathBuf>,
     },
+    /// Build the firmware images and hold them against firmware/budget.toml: size, stack, instructions, panic sites; the
+    /// whole main job runs in an emulator.
+    Cross {
+        /// Only what needs no emulator: build, size, panic sites.
+        #[arg(long)]
+        no_run: bool,
+    },
     /// Formatting, clippy and documentation, warnings as errors.
     Lint,
+    /// Repeat the long tests on a CAN interface: world, times and troubles by seed. A failure prints the line that
+    /// repeats it.
+    Soak {
+        /// First seed.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// How many seeds.
+        #[arg(long, default_value_t = 10)]
+        count: u64,
+    },
     /// Run a command with an interface vcan0 (CAN FD), on this machine's own CAN or in user-mode Linux; the exit status
     /// is the command's, 124 after the time limit.
     Vcan {
@@ -62,10 +81,12 @@ fn main() -> ExitCode {
     let started = Instant::now();
     let (name, done) = match Cli::parse().command {
         Task::Setup => ("setup", setup::everything()),
-        Task::Test { elsewhere: false } => ("test", tests::run()),
-        Task::Test { elsewhere: true } => ("test", tests::run_elsewhere()),
+        Task::Test { only: None } => ("test", tests::run()),
+        Task::Test { only: Some(files) } => ("test", tests::run_only(&files)),
         Task::RunIgnored { counts, binaries } => ("run-ignored", tests::run_ignored(&counts, &binaries)),
+        Task::Cross { no_run } => ("cross", cross::run(no_run)),
         Task::Lint => ("lint", lint::run()),
+        Task::Soak { seed, count } => ("soak", tests::soak(seed, count)),
         Task::Vcan { timeout, quiet, command } => {
             return vcan::main(&command, vcan::Options { limit: Duration::from_secs(timeout), quiet });
         }

@@ -63,6 +63,19 @@ pub const USER_MODE_LINUX: &[Need] = &[
     row("loading them", Probe::Program("insmod"), Source::Debian(&["kmod"])),
 ];
 
+/// For running the firmware image.
+pub const EMULATOR: &[Need] =
+    &[row("the emulated board", Probe::Program("qemu-system-arm"), Source::Debian(&["qemu-system-arm"]))];
+
+/// For building firmware images where rustup cannot add their target.
+pub const CROSS: &[Need] = &[
+    row("a Rust with source", Probe::File("/usr/bin/rustc"), Source::Debian(&["rustc-web", "cargo-web"])),
+    row("its cargo", Probe::File("/usr/bin/cargo"), Source::Debian(&["cargo-web"])),
+    row("the source of core", Probe::File("/usr/lib/rustlib/src/rust"), Source::Debian(&["rust-web-src"])),
+    row("a linker", Probe::Program("ld.lld"), Source::Debian(&["lld"])),
+    row("a C linker for build scripts", Probe::Program("cc"), Source::Debian(&["gcc", "libc6-dev"])),
+];
+
 /// All that any command needs.
 ///
 /// # Errors

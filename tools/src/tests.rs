@@ -1,115 +1,150 @@
 //! `cargo xtask test`: every test there is, each where it can run, and at the end what ran where.
 //!
-//! A test that needs something which `cargo test` cannot give is marked `#[ignore = "..."]`; the name of its file begins
-//! with the name of the [`PLACES`] where it is run. A test that is ignored and that no place takes is an error, and so is a
-//! file of a place without tests.
+//! A test that needs what `cargo test` cannot give is marked `#[ignore = "needs ..."]`, and the name of its file begins
+//! with the name of one of the [`PLACES`], which run it. A test that needs something and that no place takes is an error,
+//! and so is a file of a place without such tests. (Other ignored tests are reports for people.)
 
-mod binaries;
+pub mod binaries;
+mod needs;
 mod report;
 
 use crate::setup;
-use crate::vcan::{self, Options, Place};
-use crate::{cargo, lint};
-use anyhow::{Context, bail, ensure};
+use crate::vcan::{self, Options};
+use crate::{cargo, cross, lint};
+use anyhow::{Context, ensure};
 use binaries::Binary;
 use report::{Report, count_passed};
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Runs the ignored tests of these binaries.
-type Run = fn(&[Binary]) -> anyhow::Result<Outcome>;
+/// What runs the tests of files whose names begin alike.
+struct Place {
+    /// How their names begin.
+    files: &'static str,
+    /// Packages that may have such files, with the profile in which they are built: the selections of the tests that run
+    /// here, so that nothing is built twice with other features.
+    packages: &'static [&'static [&'static str]],
+    /// Runs the ignored tests of these binaries; where they ran, and how many have passed.
+    run: fn(&[Binary]) -> anyhow::Result<(String, u32)>,
+}
 
-/// Names with which the files of ignored tests begin, and what runs them.
-const PLACES: [(&str, Run); 1] = [("socketcan", with_can)];
+/// Unit and property tests, with checks on.
+const UNITS: &[&str] = &["--workspace", "--exclude", "tactus-tests"];
+/// The whole system as people run it, optimised.
+const WHOLE: &[&str] = &["--release", "--package", "tactus-tests"];
+
+/// All places.
+const PLACES: &[Place] = &[
+    Place { files: "socketcan", packages: &[UNITS, WHOLE], run: with_can },
+    Place { files: "firmware", packages: &[WHOLE], run: cross::in_emulator },
+];
 
 /// Time limit of all the tests with a CAN interface together.
-const WITH_CAN_LIMIT: Duration = Duration::from_secs(600);
+const WITH_CAN_LIMIT: Duration = Duration::from_secs(900);
 
-/// What came of tests that have passed.
-struct Outcome {
-    place: String,
-    passed: u32,
-}
+/// Time limit of one seed of the soak.
+const SOAK_LIMIT: Duration = Duration::from_secs(900);
 
 /// Lints and all tests.
 pub fn run() -> anyhow::Result<()> {
     setup::everything()?;
     lint::run()?;
     let mut report = Report::default();
-    // Unit and property tests with checks on, then the whole system as people run it, optimised.
-    for (what, args) in [
-        ("unit and property tests", &["test", "--workspace", "--exclude", "tactus-tests"][..]),
-        ("whole system", &["test", "--release", "--package", "tactus-tests"][..]),
-    ] {
+    for (what, args) in [("unit and property tests", UNITS), ("whole system", WHOLE)] {
         let started = Instant::now();
-        let passed = cargo_test(args)?;
+        let passed = cargo_test(&[&["test"], args].concat())?;
         report.add(what, "here", passed, started.elapsed());
     }
-    elsewhere(&mut report)?;
+    elsewhere(PLACES, &mut report)?;
     report.print();
     Ok(())
 }
 
-/// Only the tests of the [`PLACES`].
-pub fn run_elsewhere() -> anyhow::Result<()> {
+/// Only the tests of the place whose files' names begin so.
+pub fn run_only(files: &str) -> anyhow::Result<()> {
     setup::everything()?;
+    let place = PLACES.iter().position(|place| place.files == files);
+    let names = PLACES.iter().map(|place| place.files).collect::<Vec<_>>().join(", ");
+    let place = place.with_context(|| format!("--only {files}: expected one of {names}"))?;
     let mut report = Report::default();
-    elsewhere(&mut report)?;
+    elsewhere(&PLACES[place..=place], &mut report)?;
     report.print();
     Ok(())
 }
 
-/// The ignored tests, each in its place.
-fn elsewhere(report: &mut Report) -> anyhow::Result<()> {
-    let mut all = binaries::build(&["--workspace", "--exclude", "tactus-tests"])?;
-    all.extend(binaries::build(&["--release", "--package", "tactus-tests"])?);
-    for binary in &all {
-        let taken = PLACES.iter().any(|(name, _)| binary.name.starts_with(name));
-        let ignored = binary.ignored()?;
-        match ignored.first() {
-            Some(test) if !taken => bail!("{}: the test {test} is ignored, and no place runs it", binary.name),
-            None if taken => bail!("{}: no test in it is ignored, so none would run in its place", binary.name),
-            Some(_) | None => {}
-        }
-    }
-    for (name, place) in PLACES {
-        let binaries: Vec<Binary> = all.iter().filter(|b| b.name.starts_with(name)).cloned().collect();
-        ensure!(!binaries.is_empty(), "no test file whose name begins with {name}");
+/// The tests that need something, each in its place.
+fn elsewhere(places: &[Place], report: &mut Report) -> anyhow::Result<()> {
+    let files: Vec<&str> = PLACES.iter().map(|place| place.files).collect();
+    let homeless = needs::homeless(&cargo::root(), &files)?;
+    ensure!(homeless.is_empty(), "tests that need something, in files that no place runs: {}", homeless.join(", "));
+    for place in places {
         let started = Instant::now();
-        let outcome = place(&binaries)?;
-        report.add(name, &outcome.place, outcome.passed, started.elapsed());
+        let mut binaries = Vec::new();
+        for package in place.packages {
+            binaries.extend(binaries::build(package, place.files)?);
+        }
+        for binary in &binaries {
+            ensure!(!binary.ignored()?.is_empty(), "{}: no test in it is ignored, so none would run", binary.name);
+        }
+        ensure!(!binaries.is_empty(), "no test file whose name begins with {}", place.files);
+        let (where_, passed) = (place.run)(&binaries)?;
+        report.add(place.files, &where_, passed, started.elapsed());
     }
     Ok(())
 }
 
 /// Tests with a CAN interface: one environment for all.
-fn with_can(binaries: &[Binary]) -> anyhow::Result<Outcome> {
-    let mut tactus = OsString::from(format!("{}=", binaries::COMMAND));
-    tactus.push(binaries::command()?);
+fn with_can(binaries: &[Binary]) -> anyhow::Result<(String, u32)> {
     let counts = cargo::target_folder().join("vcan-tests-passed");
-    let mut command: Vec<OsString> = vec!["env".into(), tactus];
-    command.push(std::env::current_exe().context("where is this program?")?.into());
-    command.push("run-ignored".into());
-    command.push(counts.clone().into());
-    command.extend(binaries.iter().map(|binary| binary.path.clone().into()));
+    let command = in_one_go(binaries, &counts)?;
+    // Left over from an earlier run; that there is none is fine.
     let _ = std::fs::remove_file(&counts);
     let status = vcan::run(&command, Options { limit: WITH_CAN_LIMIT, quiet: false })?;
     ensure!(status == 0, "tests with a CAN interface failed (exit status {status})");
     let text = std::fs::read_to_string(&counts).context("no count of the tests with a CAN interface")?;
     let passed = text.trim().parse().context("the count of the tests with a CAN interface")?;
-    Ok(Outcome { place: Place::here().name().to_owned(), passed })
+    Ok((vcan::Place::here().name().to_owned(), passed))
 }
 
-/// Runs the ignored tests of these binaries one after the other, and writes the number of those that passed to a file.
-pub fn run_ignored(counts: &PathBuf, binaries: &[PathBuf]) -> anyhow::Result<()> {
+/// The command line that runs the ignored tests of these binaries and writes their number to a file.
+fn in_one_go(binaries: &[Binary], counts: &Path) -> anyhow::Result<Vec<OsString>> {
+    let mut tactus = OsString::from(format!("{}=", binaries::COMMAND));
+    tactus.push(binaries::command()?);
+    let this = std::env::current_exe().context("where is this program?")?;
+    let mut command: Vec<OsString> = vec!["env".into(), tactus, this.into(), "run-ignored".into(), counts.into()];
+    command.extend(binaries.iter().map(|binary| binary.path.clone().into()));
+    Ok(command)
+}
+
+/// The long repeats on a real bus: `count` seeds from `seed` on.
+pub fn soak(seed: u64, count: u64) -> anyhow::Result<()> {
+    let binaries = binaries::build(&["--release", "--package", "tactus-tests"], "soak")?;
+    let mut command: Vec<OsString> =
+        vec!["env".into(), format!("TACTUS_SOAK_SEED={seed}").into(), format!("TACTUS_SOAK_COUNT={count}").into()];
+    let counts = cargo::target_folder().join("soak-passed");
+    command.extend(in_one_go(&binaries, &counts)?);
+    let limit = SOAK_LIMIT * u32::try_from(count).unwrap_or(u32::MAX).max(1);
+    let status = vcan::run(&command, Options { limit, quiet: false })?;
+    ensure!(status == 0, "soak failed (exit status {status})");
+    Ok(())
+}
+
+/// Runs the ignored tests of these binaries, and writes the number of those that passed to a file.
+pub fn run_ignored(counts: &Path, binaries: &[PathBuf]) -> anyhow::Result<()> {
+    let passed = ignored_tests(binaries)?;
+    std::fs::write(counts, passed.to_string()).context("cannot write the number of tests")
+}
+
+/// Runs the ignored tests of these binaries one after the other; how many passed.
+fn ignored_tests(binaries: &[PathBuf]) -> anyhow::Result<u32> {
     let mut all = 0;
     let mut failed = Vec::new();
     for binary in binaries {
         let mut command = Command::new(binary);
-        command.args(["--ignored", "--test-threads=1"]);
+        command.args(["--ignored", "--test-threads=1", "--nocapture"]);
         match passing_on(&mut command, &binary.display().to_string()) {
             Ok(0) => failed.push(format!("{}: no test ran", binary.display())),
             Ok(passed) => all += passed,
@@ -117,7 +152,7 @@ pub fn run_ignored(counts: &PathBuf, binaries: &[PathBuf]) -> anyhow::Result<()>
         }
     }
     ensure!(failed.is_empty(), "{}", failed.join("; "));
-    std::fs::write(counts, all.to_string()).context("cannot write the number of tests")
+    Ok(all)
 }
 
 /// Runs cargo's tests; how many passed.
@@ -130,7 +165,7 @@ fn cargo_test(args: &[&str]) -> anyhow::Result<u32> {
 }
 
 /// Runs a command that runs tests, passes its output on, and counts the tests that have passed.
-fn passing_on(command: &mut Command, line: &str) -> anyhow::Result<u32> {
+pub fn passing_on(command: &mut Command, line: &str) -> anyhow::Result<u32> {
     let mut child = command.stdout(Stdio::piped()).spawn().with_context(|| format!("cannot start `{line}`"))?;
     let output = child.stdout.take().context("no output")?;
     let mut passed = 0;

@@ -48,6 +48,8 @@ impl HandLink {
         Self::F3Inner,
         Self::F3Tip,
     ];
+    /// The knuckles of F1, F2; that of F3 is part of the palm.
+    pub const KNUCKLES: [Option<Self>; FINGERS] = [Some(Self::F1Knuckle), Some(Self::F2Knuckle), None];
     /// The inner links of F1, F2, F3.
     pub const INNERS: [Self; FINGERS] = [Self::F1Inner, Self::F2Inner, Self::F3Inner];
     /// The tips of F1, F2, F3.
@@ -152,19 +154,37 @@ fn about_spread(finger: usize, angle_rad: f32) -> UnitQuaternion<f32> {
 pub fn link_poses(world_from_hand: &Isometry3<f32>, angles: &HandAngles) -> [Isometry3<f32>; HAND_LINKS] {
     let mut poses = [*world_from_hand; HAND_LINKS];
     for finger in 0..FINGERS {
-        let knuckle = if finger < 2 {
-            let pose = world_from_hand * SPREAD_ORIGINS[finger].isometry() * about_spread(finger, angles.spread_rad);
-            poses[1 + 3 * finger] = pose;
-            pose
-        } else {
-            *world_from_hand
-        };
-        let inner = knuckle * INNER_ORIGINS[finger].isometry() * about_z(angles.inner_rad[finger]);
-        poses[HandLink::INNERS[finger].index()] = inner;
-        poses[HandLink::TIPS[finger].index()] =
-            inner * TIP_ORIGINS[finger].isometry() * about_z(angles.distal_rad[finger]);
+        let knuckle = knuckle_pose(world_from_hand, finger, angles.spread_rad);
+        if let Some(link) = HandLink::KNUCKLES[finger] {
+            poses[link.index()] = knuckle;
+        }
+        let (inner_rad, distal_rad) = (angles.inner_rad[finger], angles.distal_rad[finger]);
+        if let Some([inner, tip]) = finger_poses(&knuckle, finger, inner_rad, distal_rad) {
+            poses[HandLink::INNERS[finger].index()] = inner;
+            poses[HandLink::TIPS[finger].index()] = tip;
+        }
     }
     poses
+}
+
+/// Pose of a finger's knuckle, which closing does not move; F3 has none that turns, its place is taken by the palm.
+pub fn knuckle_pose(world_from_hand: &Isometry3<f32>, finger: usize, spread_rad: f32) -> Isometry3<f32> {
+    match SPREAD_ORIGINS.get(finger) {
+        Some(origin) => world_from_hand * origin.isometry() * about_spread(finger, spread_rad),
+        None => *world_from_hand,
+    }
+}
+
+/// Poses of a finger's inner link and tip, on its knuckle; `None` if there is no such finger.
+pub fn finger_poses(
+    knuckle: &Isometry3<f32>,
+    finger: usize,
+    inner_rad: f32,
+    distal_rad: f32,
+) -> Option<[Isometry3<f32>; 2]> {
+    let (inner_origin, tip_origin) = INNER_ORIGINS.get(finger).zip(TIP_ORIGINS.get(finger))?;
+    let inner = knuckle * inner_origin.isometry() * about_z(inner_rad);
+    Some([inner, inner * tip_origin.isometry() * about_z(distal_rad)])
 }
 
 #[cfg(test)]

@@ -62,36 +62,34 @@ struct Side {
 }
 
 /// The prism's polygon placed in the object's frame.
-struct Placed {
+struct Placed<'p> {
     /// Corners at the height of the link frame's z = 0, metres; the first `count` are used.
     base_m: [Vector3<f32>; PRISM_CORNERS_MAX],
-    sides: [Side; PRISM_CORNERS_MAX],
     count: usize,
     /// Unit axes of the link frame.
     axes: [Vector3<f32>; 3],
-    z_m: [f32; 2],
+    prism: &'p Prism,
 }
 
-impl Placed {
-    fn new(object_from_link: &Isometry3<f32>, prism: &Prism) -> Self {
+impl<'p> Placed<'p> {
+    fn new(object_from_link: &Isometry3<f32>, prism: &'p Prism) -> Self {
         let rotation = object_from_link.rotation.to_rotation_matrix();
         let m = rotation.matrix();
         let axes = [m.column(0).into_owned(), m.column(1).into_owned(), m.column(2).into_owned()];
         let origin = object_from_link.translation.vector;
-        let mut base_m = [origin; PRISM_CORNERS_MAX];
-        // Anticlockwise corners: the outside is to the right of a side.
-        let mut sides = [Side { along: axes[0], outward: -axes[1] }; PRISM_CORNERS_MAX];
         let count = prism.corners_m.len().min(PRISM_CORNERS_MAX);
-        for ((base, placed), (from, [x, y])) in base_m.iter_mut().zip(&mut sides).zip(prism.corners_and_sides()) {
+        let mut placed = Self { base_m: [origin; PRISM_CORNERS_MAX], count, axes, prism };
+        for (base, from) in placed.base_m.iter_mut().zip(prism.corners_m) {
             *base = origin + axes[0] * from[0] + axes[1] * from[1];
-            *placed = Side { along: axes[0] * *x + axes[1] * *y, outward: axes[0] * *y - axes[1] * *x };
         }
-        Self { base_m, sides, count, axes, z_m: prism.z_m }
+        placed
     }
 
-    /// The sides, each with the corner that it starts from.
-    fn sides(&self) -> impl Iterator<Item = (&Side, &Vector3<f32>)> {
-        self.sides.iter().zip(self.base())
+    /// The sides, each with the corner that it starts from. Anticlockwise corners: the outside is to the right of a side.
+    fn sides(&self) -> impl Iterator<Item = (Side, &Vector3<f32>)> {
+        let [ax, ay, _] = self.axes;
+        let side = move |[x, y]: &[f32; 2]| Side { along: ax * *x + ay * *y, outward: ax * *y - ay * *x };
+        self.prism.sides().map(side).zip(self.base())
     }
 
     fn base(&self) -> &[Vector3<f32>] {
@@ -120,7 +118,7 @@ impl Placed {
 
     /// The extent of the prism from that of its polygon, along an axis on which the prism's own has the coordinate `rise`.
     fn raised(&self, low: f32, high: f32, rise: f32) -> (f32, f32) {
-        let (a, b) = (rise * self.z_m[0], rise * self.z_m[1]);
+        let (a, b) = (rise * self.prism.z_m[0], rise * self.prism.z_m[1]);
         (low + a.min(b), high + a.max(b))
     }
 
@@ -133,7 +131,7 @@ impl Placed {
                 lowest = (d, *corner);
             }
         }
-        let z_m = if normal.dot(&self.axes[2]) > 0.0 { self.z_m[0] } else { self.z_m[1] };
+        let z_m = if normal.dot(&self.axes[2]) > 0.0 { self.prism.z_m[0] } else { self.prism.z_m[1] };
         lowest.1 + self.axes[2] * z_m
     }
 }
@@ -176,6 +174,9 @@ pub fn separation_below(
     if best.distance_m >= limit_m {
         return None;
     }
+    if is_opposite_face(half_extents_m, &placed, &best) {
+        return Some(finish(half_extents_m, &placed, &best));
+    }
     prism_faces(half_extents_m, &placed, &mut best);
     if best.distance_m >= limit_m {
         return None;
@@ -203,6 +204,14 @@ fn box_faces(half_extents_m: &[f32; 3], placed: &Placed, best: &mut Best) {
     }
 }
 
+/// Is the prism's nearest corner straight above the face of the box that separates best? Then the bodies are that far
+/// apart, and no axis separates them by more. Most links of a finger beside an object are in this case.
+fn is_opposite_face(half_extents_m: &[f32; 3], placed: &Placed, best: &Best) -> bool {
+    let corner = placed.lowest_corner(&best.normal);
+    let beyond = |axis: usize| best.normal[axis] == 0.0 && libm::fabsf(corner[axis]) > half_extents_m[axis];
+    best.distance_m > 0.0 && best.distance_m.is_finite() && !(0..3).any(beyond)
+}
+
 fn prism_faces(half_extents_m: &[f32; 3], placed: &Placed, best: &mut Best) {
     let mut offer = |outward: Vector3<f32>, on_face: Vector3<f32>| {
         let distance_m = -outward.dot(&on_face) - box_reach_m(half_extents_m, &outward);
@@ -212,8 +221,8 @@ fn prism_faces(half_extents_m: &[f32; 3], placed: &Placed, best: &mut Best) {
         offer(side.outward, *corner);
     }
     let up = placed.axes[2];
-    offer(up, placed.base_m[0] + up * placed.z_m[1]);
-    offer(-up, placed.base_m[0] + up * placed.z_m[0]);
+    offer(up, placed.base_m[0] + up * placed.prism.z_m[1]);
+    offer(-up, placed.base_m[0] + up * placed.prism.z_m[0]);
 }
 
 /// Edges of the two polygons against the edges of the box. Of the two signs of a cross product only the one that
@@ -231,14 +240,16 @@ fn cap_edges(half_extents_m: &[f32; 3], placed: &Placed, best: &mut Best) {
             let sign = if cross.dot(&side.outward) > 0.0 { -1.0 } else { 1.0 };
             let towards = cross * sign;
             let rise = towards.dot(&up);
-            let lowest = towards.dot(corner) + if rise > 0.0 { rise * placed.z_m[0] } else { rise * placed.z_m[1] };
+            let lowest =
+                towards.dot(corner) + if rise > 0.0 { rise * placed.prism.z_m[0] } else { rise * placed.prism.z_m[1] };
             if best.surpasses(lowest - box_reach_m(half_extents_m, &towards), length_sq) {
                 continue;
             }
             let length = libm::sqrtf(length_sq);
             let normal = cross * (sign / length);
             let rise = normal.dot(&up);
-            let lowest_m = normal.dot(corner) + if rise > 0.0 { rise * placed.z_m[0] } else { rise * placed.z_m[1] };
+            let lowest_m =
+                normal.dot(corner) + if rise > 0.0 { rise * placed.prism.z_m[0] } else { rise * placed.prism.z_m[1] };
             let distance_m = lowest_m - box_reach_m(half_extents_m, &normal);
             best.offer(distance_m, normal, AxisKind::Edges { box_axis, edge: side.along, sign });
         }

@@ -61,9 +61,9 @@ impl Prism {
         (Vector3::from(self.centre_m), self.radius_m)
     }
 
-    /// Each corner (metres) with the unit vector along the side that starts there; at most [`PRISM_CORNERS_MAX`].
-    pub(super) fn corners_and_sides(&self) -> impl Iterator<Item = (&[f32; 2], &[f32; 2])> {
-        self.corners_m.iter().zip(&self.sides)
+    /// Unit vector along each side, from its corner to the next; (1, 0) for a side without length.
+    pub(super) fn sides(&self) -> impl Iterator<Item = &[f32; 2]> {
+        self.sides.iter().take(self.corners_m.len())
     }
 }
 

@@ -204,7 +204,9 @@ impl Executor {
         }
         let slope = if self.motion == Motion::Stopping { RATE_SLOPE } else { RATE_SLOPE_GENTLE };
         let rate_before = self.rate;
-        let change = (target - self.rate).clamp(-slope * TICK_S, slope * TICK_S);
+        let most = slope * TICK_S;
+        // Not `clamp`: it panics for bounds the wrong way round, with a message that brings the formatting of floats along.
+        let change = (target - self.rate).max(-most).min(most);
         self.rate += change;
         self.path_s += self.rate * TICK_S;
         let rate_dot = (self.rate - rate_before) / TICK_S;

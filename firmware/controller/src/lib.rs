@@ -30,3 +30,4 @@ pub mod supervisor;
 pub mod testing;
 pub mod touch;
 pub mod update;
+pub mod work;

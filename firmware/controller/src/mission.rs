@@ -23,6 +23,7 @@ pub use tools::Tools;
 use crate::belief::{Belief, Readiness, Tolerance};
 use crate::touch::Chooser;
 use crate::update::{Progress, Update, UpdateConfig};
+use crate::work::Work;
 use carry::{Carry, CarryEnd};
 use enquiry::{Enquiry, HostSlow};
 use foresight::LastTouch;
@@ -35,8 +36,6 @@ use tactus_common::message::{
 use tactus_common::pose::PlanarPose;
 use trial::{Trial, TrialEnd};
 
-/// Error evaluations in one tick.
-const EVALUATIONS_PER_TICK: u16 = 2;
 /// Half width of the belief (99 %) that is good enough for a grasp when no touch is left, metres.
 const LAST_RESORT: Tolerance = Tolerance { position_m: 0.015, yaw_rad: 0.12 };
 /// Times that the object may be lost and searched for anew.
@@ -198,7 +197,7 @@ impl Mission {
         match &mut self.doing {
             Doing::Nothing => Some(self.choose()),
             Doing::Choosing => {
-                self.chooser.step()?;
+                self.chooser.step(&mut Work::PER_TICK.clone())?;
                 Some(self.ask_touch(0, RefusalReason::NoPath, tools))
             }
             Doing::AskingTouch { rank } => {
@@ -216,7 +215,7 @@ impl Mission {
                     Some(self.begin_update())
                 }
             },
-            Doing::Updating => match self.update.step(EVALUATIONS_PER_TICK, &know.store) {
+            Doing::Updating => match self.update.step(&mut Work::PER_TICK.clone(), &know.store) {
                 Progress::Running => None,
                 Progress::Done => Some(self.updated(tools)),
             },

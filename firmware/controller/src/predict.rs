@@ -4,9 +4,10 @@
 //! (a step never longer than the separation over the fastest point's speed), so nothing is jumped over.
 
 use crate::touch::TouchPlan;
+use crate::work::{POSES, SEPARATION, Work};
 use tactus_common::limits::FINGERS;
 use tactus_common::pose::PlanarPose;
-use tactus_common::robot::hand::{self, HandAngles};
+use tactus_common::robot::hand::{self, ENGAGED_RATIO};
 use tactus_common::robot::{HandLink, hand_prism};
 use tactus_common::shape::{ObjectShape, Separation};
 
@@ -24,7 +25,7 @@ const LANDED_M: f32 = 5e-4;
 /// Shortest step, radians: 1.5 mm at the tip, then interpolated.
 const STEP_MIN_RAD: f32 = 0.01;
 /// Most steps of one finger's closing.
-const STEPS_MAX: usize = 48;
+const STEPS_MAX: u8 = 48;
 
 /// What one finger would feel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -52,83 +53,161 @@ pub type Prediction = [FingerPrediction; FINGERS];
 ///
 /// At most `3 * 48` closing steps, in practice about 30.
 pub fn predict(plan: &TouchPlan, believed: &PlanarPose, hypothesis: &PlanarPose, shape: &ObjectShape) -> Prediction {
-    let world_from_hand = plan.world_from_hand(believed, shape);
-    let mut felt = [FingerPrediction::Nothing; FINGERS];
-    for (finger, prediction) in felt.iter_mut().enumerate() {
-        *prediction = predict_finger(plan, &world_from_hand, finger, hypothesis, shape);
-    }
-    felt
+    let mut predictor = Predictor::default();
+    predictor.begin(plan, believed, hypothesis, shape);
+    predictor.open(&mut Work::unlimited());
+    predictor.close(&mut Work::unlimited());
+    predictor.felt
 }
 
-fn predict_finger(
-    plan: &TouchPlan,
-    world_from_hand: &Isometry3<f32>,
-    finger: usize,
-    hypothesis: &PlanarPose,
-    shape: &ObjectShape,
-) -> FingerPrediction {
-    let object_from_hand = hypothesis.isometry(shape.rest_height_m()).inverse() * world_from_hand;
-    let mut inner_rad = plan.preopen_rad[finger];
-    let at = |angle_rad: f32| {
-        let mut angles = plan.preopen_rad;
-        angles[finger] = angle_rad;
-        nearest_link(&object_from_hand, &HandAngles::engaged(angles, plan.spread_rad), finger, shape)
-    };
-    let Some((_, first)) = at(inner_rad) else { return FingerPrediction::Nothing };
-    if first.distance_m < -LANDED_M {
-        return FingerPrediction::Landed;
+/// A finger on its way.
+#[derive(Clone, Copy, Debug, Default)]
+struct Finger {
+    /// Object-from-knuckle transform.
+    knuckle: Isometry3<f32>,
+    /// Lower bound of the knuckle's separation, metres; infinite where the palm stands for it.
+    knuckle_bound_m: f32,
+    /// Inner angle, radians.
+    inner_rad: f32,
+    /// Separation of the nearest link there, metres; none for numbers that are none.
+    distance_m: Option<f32>,
+    steps: u8,
+}
+
+/// A prediction under way, in slices: first the open hand ([`Self::open`]), then the closing ([`Self::close`]).
+#[derive(Clone, Debug, Default)]
+pub struct Predictor {
+    shape: ObjectShape,
+    sin_cos_phi: (f32, f32),
+    closes: [bool; FINGERS],
+    fingers: [Finger; FINGERS],
+    opened: usize,
+    closed: usize,
+    felt: Prediction,
+}
+
+impl Predictor {
+    /// Begins the prediction of the touch `plan`, aimed at an object believed at `believed`, that stands at
+    /// `hypothesis`.
+    pub fn begin(&mut self, plan: &TouchPlan, believed: &PlanarPose, hypothesis: &PlanarPose, shape: &ObjectShape) {
+        let world_from_hand = plan.world_from_hand(believed, shape);
+        let object_from_hand = hypothesis.isometry(shape.rest_height_m()).inverse() * world_from_hand;
+        self.shape = *shape;
+        self.sin_cos_phi = libm::sincosf(hypothesis.phi_rad);
+        self.closes = plan.closes;
+        let fingers = self.fingers.iter_mut().zip(HandLink::KNUCKLES).enumerate();
+        for ((index, (finger, link)), inner_rad) in fingers.zip(plan.preopen_rad) {
+            let knuckle = hand::knuckle_pose(&object_from_hand, index, plan.spread_rad);
+            let knuckle_bound_m = match link {
+                Some(link) => shape.separation_lower_bound_m(&knuckle, hand_prism(link)),
+                None => f32::INFINITY,
+            };
+            *finger = Finger { knuckle, knuckle_bound_m, inner_rad, distance_m: None, steps: 0 };
+        }
+        (self.opened, self.closed) = (0, 0);
+        self.felt = [FingerPrediction::Nothing; FINGERS];
     }
-    if !plan.closes[finger] {
-        return FingerPrediction::Nothing;
+
+    /// Which fingers come down on the object. `true` once that is known of all.
+    pub fn open(&mut self, work: &mut Work) -> bool {
+        while let Some((finger, felt)) = self.fingers.get_mut(self.opened).zip(self.felt.get_mut(self.opened)) {
+            if !work.is_left() {
+                return false;
+            }
+            finger.distance_m = finger.nearest(self.opened, &self.shape, work).map(|(_, found)| found.distance_m);
+            if finger.distance_m.is_some_and(|distance_m| distance_m < -LANDED_M) {
+                *felt = FingerPrediction::Landed;
+            }
+            self.opened += 1;
+        }
+        true
     }
-    let mut distance_m = first.distance_m;
-    for _ in 0..STEPS_MAX {
+
+    /// After [`Self::open`]: closes the fingers that have not landed. `true` once all have come to their end.
+    pub fn close(&mut self, work: &mut Work) -> bool {
+        while let Some((finger, felt)) = self.fingers.get_mut(self.closed).zip(self.felt.get_mut(self.closed)) {
+            if *felt != FingerPrediction::Landed && self.closes.get(self.closed) == Some(&true) {
+                loop {
+                    if !work.is_left() {
+                        return false;
+                    }
+                    if let Some(end) = finger.step(self.closed, &self.shape, self.sin_cos_phi, work) {
+                        *felt = end;
+                        break;
+                    }
+                }
+            }
+            self.closed += 1;
+        }
+        true
+    }
+
+    /// What has been predicted so far.
+    pub fn felt(&self) -> &Prediction {
+        &self.felt
+    }
+}
+
+impl Finger {
+    /// One step of the closing; `Some` at its end.
+    fn step(
+        &mut self,
+        index: usize,
+        shape: &ObjectShape,
+        sin_cos_phi: (f32, f32),
+        work: &mut Work,
+    ) -> Option<FingerPrediction> {
+        let Some(distance_m) = self.distance_m.filter(|_| self.steps < STEPS_MAX) else {
+            return Some(FingerPrediction::Nothing);
+        };
+        self.steps += 1;
         let step_rad = (distance_m / REACH_M).max(STEP_MIN_RAD);
-        inner_rad += step_rad;
-        if inner_rad > CLOSE_END_RAD {
-            return FingerPrediction::Nothing;
+        self.inner_rad += step_rad;
+        if self.inner_rad > CLOSE_END_RAD {
+            return Some(FingerPrediction::Nothing);
         }
-        let Some((link, found)) = at(inner_rad) else { return FingerPrediction::Nothing };
-        if found.distance_m < TOUCH_M {
-            // Between the last two angles the separation passes zero: interpolate.
-            let fall_m = distance_m - found.distance_m;
-            let back = if fall_m > 0.0 { (-found.distance_m / fall_m).clamp(0.0, 1.0) } else { 0.0 };
-            let gradient = found.gradient_world(libm::sincosf(hypothesis.phi_rad));
-            return FingerPrediction::Contact { inner_rad: inner_rad - back * step_rad, link, gradient };
+        let Some((link, found)) = self.nearest(index, shape, work) else { return Some(FingerPrediction::Nothing) };
+        self.distance_m = Some(found.distance_m);
+        if found.distance_m >= TOUCH_M {
+            return None;
         }
-        distance_m = found.distance_m;
+        // Between the last two angles the separation passes zero: interpolate.
+        let fall_m = distance_m - found.distance_m;
+        let back = if fall_m > 0.0 { (-found.distance_m / fall_m).clamp(0.0, 1.0) } else { 0.0 };
+        let gradient = found.gradient_world(sin_cos_phi);
+        Some(FingerPrediction::Contact { inner_rad: self.inner_rad - back * step_rad, link, gradient })
     }
-    FingerPrediction::Nothing
-}
 
-/// The link of a finger (knuckle, inner, tip) that is nearest to the object.
-fn nearest_link(
-    object_from_hand: &Isometry3<f32>,
-    angles: &HandAngles,
-    finger: usize,
-    shape: &ObjectShape,
-) -> Option<(HandLink, Separation)> {
-    let poses = hand::link_poses(object_from_hand, angles);
-    let mut nearest: Option<(HandLink, Separation)> = None;
-    for (link, pose) in HandLink::ALL.iter().zip(poses).rev() {
-        if link.finger() != Some(finger) {
-            continue;
+    /// The link of the finger (knuckle, inner, tip) that is nearest to the object.
+    fn nearest(&self, index: usize, shape: &ObjectShape, work: &mut Work) -> Option<(HandLink, Separation)> {
+        let distal_rad = ENGAGED_RATIO * self.inner_rad;
+        let [inner_pose, tip_pose] = hand::finger_poses(&self.knuckle, index, self.inner_rad, distal_rad)?;
+        let (inner, tip) = (*HandLink::INNERS.get(index)?, *HandLink::TIPS.get(index)?);
+        // Tips touch most often, so they come first: what is known to be farther is not worked out.
+        work.spend(POSES + SEPARATION);
+        let mut nearest = shape.separation(&tip_pose, hand_prism(tip)).map(|found| (tip, found));
+        let mut look = |link: HandLink, pose: &Isometry3<f32>, bound_m: f32| {
+            let limit_m = nearest.as_ref().map_or(f32::INFINITY, |(_, found)| found.distance_m);
+            if bound_m < limit_m {
+                work.spend(SEPARATION);
+                if let Some(found) = shape.separation_below(pose, hand_prism(link), limit_m) {
+                    nearest = Some((link, found));
+                }
+            }
+        };
+        look(inner, &inner_pose, shape.separation_lower_bound_m(&inner_pose, hand_prism(inner)));
+        if let Some(Some(knuckle)) = HandLink::KNUCKLES.get(index).copied() {
+            look(knuckle, &self.knuckle, self.knuckle_bound_m);
         }
-        let limit_m = nearest.as_ref().map_or(f32::INFINITY, |(_, s)| s.distance_m);
-        let bound_m = shape.separation_lower_bound_m(&pose, hand_prism(*link));
-        if bound_m < limit_m
-            && let Some(s) = shape.separation_below(&pose, hand_prism(*link), limit_m)
-        {
-            nearest = Some((*link, s));
-        }
+        nearest
     }
-    nearest
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::touch::candidate;
+    use tactus_common::robot::hand::HandAngles;
 
     const SHAPE: ObjectShape = ObjectShape::THESIS_BOX;
 
@@ -164,5 +243,18 @@ mod tests {
         assert_eq!(felt[0], FingerPrediction::Landed);
         assert_eq!(felt[1], FingerPrediction::Landed);
         assert_ne!(felt[2], FingerPrediction::Landed);
+    }
+
+    #[test]
+    fn slicing_changes_nothing() {
+        let (believed, truth) = (PlanarPose::new(0.2, -0.1, 0.3), PlanarPose::new(0.21, -0.11, 0.2));
+        for id in 0..crate::touch::CANDIDATES {
+            let plan = candidate(id, &SHAPE).expect("listed");
+            let mut sliced = Predictor::default();
+            sliced.begin(&plan, &believed, &truth, &SHAPE);
+            while !sliced.open(&mut Work::units(1)) {}
+            while !sliced.close(&mut Work::units(1)) {}
+            assert_eq!(*sliced.felt(), predict(&plan, &believed, &truth, &SHAPE));
+        }
     }
 }

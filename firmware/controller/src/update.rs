@@ -6,11 +6,12 @@
 //! that their spread enters the covariance.
 
 use crate::belief::{Belief, MODES_MAX, Mode, Prior};
-use crate::error::geometric::{Geometric, GeometricConfig};
-use crate::error::{ErrorFunction, Evaluation};
+use crate::error::Evaluation;
+use crate::error::geometric::{Geometric, GeometricConfig, Residuals, ResidualsUnderWay, UnderWay};
 use crate::evidence::EvidenceStore;
 use crate::optimise::{Ask, Bounds, Found, LevenbergMarquardt, LevenbergMarquardtConfig, Optimiser, start};
 use crate::sort::insertion_sort;
+use crate::work::{GATHERING, MATRICES, Work};
 use heapless::Vec;
 use nalgebra::Matrix3;
 use tactus_common::pose::PlanarPose;
@@ -76,6 +77,8 @@ enum Phase {
     Polish {
         next: usize,
     },
+    /// How well the best end explains the evidence.
+    Check,
     #[default]
     Done,
 }
@@ -90,6 +93,9 @@ pub struct Update {
     starts: u16,
     phase: Phase,
     search: LevenbergMarquardt,
+    /// The evaluation that the search waits for.
+    evaluation: Option<UnderWay>,
+    residuals: Option<ResidualsUnderWay>,
     ends: Vec<Found, ENDS_MAX>,
     polished: Vec<Found, MODES_MAX>,
     stats: UpdateStats,
@@ -122,6 +128,7 @@ impl Update {
         self.polished.clear();
         self.stats = UpdateStats::default();
         self.belief.clone_from(before);
+        (self.evaluation, self.residuals) = (None, None);
         self.start_exploring(0);
     }
 
@@ -135,28 +142,37 @@ impl Update {
         self.stats
     }
 
-    /// At most `evaluations_max` evaluations. The evidence must be the same in every slice of one update.
-    pub fn step(&mut self, evaluations_max: u16, store: &EvidenceStore) -> Progress {
+    /// As much as the work allows. The evidence must be the same in every slice of one update.
+    pub fn step(&mut self, work: &mut Work, store: &EvidenceStore) -> Progress {
         let narrow = self.config.geometric;
         let wide = GeometricConfig { loss_scale: WIDE_LOSS_SCALE, ..narrow };
         let narrow = Geometric::new(store, &self.prior.shape, &narrow);
         let wide = Geometric::new(store, &self.prior.shape, &wide);
-        for _ in 0..evaluations_max {
-            let error = match self.phase {
-                Phase::Explore { .. } => &wide,
-                Phase::Polish { .. } => &narrow,
+        while work.is_left() {
+            match self.phase {
+                Phase::Explore { .. } => self.search(&wide, work),
+                Phase::Polish { .. } => self.search(&narrow, work),
+                Phase::Check => self.check(&narrow, work),
                 Phase::Done => return Progress::Done,
-            };
-            // A search that has just ended takes the next start before the evaluation.
-            if let Ask::Evaluate(pose) = self.search.ask() {
-                self.stats.evaluations += 1;
-                self.search.tell(&error.evaluate(&pose));
-            }
-            if let Ask::Done(found, _) = self.search.ask() {
-                self.finish_search(found, &narrow);
             }
         }
         if self.phase == Phase::Done { Progress::Done } else { Progress::Running }
+    }
+
+    /// One evaluation of the search under way, or what the work allows of it.
+    fn search(&mut self, error: &Geometric<'_>, work: &mut Work) {
+        match (self.evaluation.as_mut(), self.search.ask()) {
+            (Some(under_way), _) => {
+                if let Some(evaluation) = error.proceed(under_way, work) {
+                    self.evaluation = None;
+                    self.stats.evaluations = self.stats.evaluations.saturating_add(1);
+                    self.search.tell(&evaluation);
+                    work.spend(MATRICES);
+                }
+            }
+            (None, Ask::Evaluate(pose)) => self.evaluation = Some(error.begin(&pose)),
+            (None, Ask::Done(found, _)) => self.finish_search(found, work),
+        }
     }
 
     fn start_exploring(&mut self, index: u16) {
@@ -173,7 +189,7 @@ impl Update {
         self.search = LevenbergMarquardt::new(&self.config.search, &self.bounds, from);
     }
 
-    fn finish_search(&mut self, found: Found, narrow: &Geometric<'_>) {
+    fn finish_search(&mut self, found: Found, work: &mut Work) {
         match self.phase {
             Phase::Explore { next } => {
                 let _ = self.ends.push(found);
@@ -182,18 +198,19 @@ impl Update {
                 } else {
                     insertion_sort(&mut self.ends, |a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
                     merge(&mut self.ends);
-                    self.start_polishing(0, narrow);
+                    work.spend(GATHERING);
+                    self.start_polishing(0);
                 }
             }
             Phase::Polish { next } => {
                 let _ = self.polished.push(found);
-                self.start_polishing(next, narrow);
+                self.start_polishing(next);
             }
-            Phase::Done => {}
+            Phase::Check | Phase::Done => {}
         }
     }
 
-    fn start_polishing(&mut self, index: usize, narrow: &Geometric<'_>) {
+    fn start_polishing(&mut self, index: usize) {
         match self.ends.get(index) {
             Some(end) if index < MODES_MAX => {
                 let pose = end.pose;
@@ -201,18 +218,29 @@ impl Update {
                 self.phase = Phase::Polish { next: index + 1 };
             }
             _ => {
-                self.gather(narrow);
-                self.phase = Phase::Done;
+                insertion_sort(&mut self.polished, |a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
+                merge(&mut self.polished);
+                self.phase = Phase::Check;
             }
         }
     }
 
-    /// The belief from the polished ends; the old one stays if there is none.
-    fn gather(&mut self, narrow: &Geometric<'_>) {
-        insertion_sort(&mut self.polished, |a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
-        merge(&mut self.polished);
-        let Some(best) = self.polished.first().copied() else { return };
-        let residuals = narrow.residuals(&best.pose);
+    /// How well the best end explains the evidence; then the belief follows. The old one stays if there is no end.
+    fn check(&mut self, narrow: &Geometric<'_>, work: &mut Work) {
+        let Some(best) = self.polished.first().copied() else {
+            self.phase = Phase::Done;
+            return;
+        };
+        let under_way = self.residuals.get_or_insert_with(|| narrow.begin_residuals(&best.pose));
+        if let Some(residuals) = narrow.proceed_residuals(under_way, work) {
+            work.spend(GATHERING);
+            self.gather(&best, residuals);
+            self.phase = Phase::Done;
+        }
+    }
+
+    /// The belief from the polished ends.
+    fn gather(&mut self, best: &Found, residuals: Residuals) {
         let mut modes: Vec<Mode, MODES_MAX> = Vec::new();
         for end in &self.polished {
             if end.evaluation.error <= best.evaluation.error + MODE_MARGIN {
@@ -266,9 +294,9 @@ impl Update {
 fn merge<const N: usize>(ends: &mut Vec<Found, N>) {
     let mut kept = 0;
     for at in 0..ends.len() {
-        let (better, rest) = ends.split_at(kept);
-        let Some(end) = rest.get(at - kept).copied() else { return };
-        if end.evaluation.is_finite() && !better.iter().any(|better| is_same(&better.pose, &end.pose)) {
+        let Some(end) = ends.get(at).copied() else { break };
+        let is_known = ends.iter().take(kept).any(|better| is_same(&better.pose, &end.pose));
+        if end.evaluation.is_finite() && !is_known {
             if let Some(slot) = ends.get_mut(kept) {
                 *slot = end;
             }
@@ -312,10 +340,10 @@ mod tests {
         store
     }
 
-    fn run(prior: &Prior, store: &EvidenceStore, slice: u16) -> (Belief, UpdateStats) {
+    fn run(prior: &Prior, store: &EvidenceStore, slice: Work) -> (Belief, UpdateStats) {
         let mut update = Update::new(prior, &Belief::from_prior(prior), &exact());
-        for _ in 0..2000 {
-            if update.step(slice, store) == Progress::Done {
+        for _ in 0..200_000 {
+            if update.step(&mut slice.clone(), store) == Progress::Done {
                 return (update.belief().clone(), update.stats());
             }
         }
@@ -326,7 +354,7 @@ mod tests {
     fn three_touches_without_noise_give_the_pose() {
         let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
         for truth in [PlanarPose::new(0.22, -0.08, 0.15), PlanarPose::new(0.19, -0.12, -0.2), GUESS] {
-            let (belief, stats) = run(&p, &touched(&[0, 6, 3], &truth), 1000);
+            let (belief, stats) = run(&p, &touched(&[0, 6, 3], &truth), Work::unlimited());
             let pose = belief.pose();
             let off = [pose.x_m - truth.x_m, pose.y_m - truth.y_m, pose.phi_rad - truth.phi_rad];
             assert!(off[0].abs() < 3e-4 && off[1].abs() < 3e-4 && off[2].abs() < 3e-3, "{off:?} {stats:?}");
@@ -338,7 +366,7 @@ mod tests {
     #[test]
     fn one_touch_across_leaves_the_position_along_the_box_open() {
         let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
-        let (belief, _) = run(&p, &touched(&[0], &GUESS), 1000);
+        let (belief, _) = run(&p, &touched(&[0], &GUESS), Work::unlimited());
         let sigma_x_m = libm::sqrtf(belief.covariance()[(0, 0)]);
         assert!(sigma_x_m > 0.015, "{sigma_x_m}");
         assert_ne!(belief.readiness(&Tolerance::default()), Readiness::Ready);
@@ -348,8 +376,8 @@ mod tests {
     fn slicing_changes_nothing() {
         let p = prior(Interval { x_m: 0.1, y_m: 0.1, phi_rad: 0.78 });
         let store = touched(&[0, 7], &PlanarPose::new(0.22, -0.08, 0.15));
-        let (whole, whole_stats) = run(&p, &store, 5000);
-        let (sliced, sliced_stats) = run(&p, &store, 1);
+        let (whole, whole_stats) = run(&p, &store, Work::unlimited());
+        let (sliced, sliced_stats) = run(&p, &store, Work::units(1));
         assert_eq!(whole_stats, sliced_stats);
         assert_eq!(whole.pose(), sliced.pose());
         assert_eq!(whole.covariance(), sliced.covariance());
@@ -359,7 +387,7 @@ mod tests {
     fn components_known_exactly_stay_and_one_unknown_needs_two_contacts() {
         let p = prior(Interval { x_m: 0.0, y_m: 0.05, phi_rad: 0.0 });
         let truth = PlanarPose { y_m: -0.12, ..GUESS };
-        let (belief, _) = run(&p, &touched(&[0], &truth), 1000);
+        let (belief, _) = run(&p, &touched(&[0], &truth), Work::unlimited());
         assert_eq!((belief.pose().x_m, belief.pose().phi_rad), (GUESS.x_m, GUESS.phi_rad));
         assert!((belief.pose().y_m - truth.y_m).abs() < 2e-4);
         assert_eq!(belief.covariance()[(0, 0)], 0.0);
@@ -369,7 +397,7 @@ mod tests {
     #[test]
     fn without_evidence_nothing_is_learnt() {
         let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
-        let (belief, _) = run(&p, &EvidenceStore::new(0.2), 1000);
+        let (belief, _) = run(&p, &EvidenceStore::new(0.2), Work::unlimited());
         assert_eq!(belief.readiness(&Tolerance::default()), Readiness::NoContact);
         assert!(libm::sqrtf(belief.covariance()[(0, 0)]) > 0.02);
     }
@@ -385,7 +413,7 @@ mod tests {
         let hand = plan.world_from_hand(&GUESS, &SHAPE);
         let kind = crate::evidence::ContactKind::Closing;
         store.add_contact(&hand, &open, crate::evidence::Toucher::Finger(0), kind).expect("room");
-        let (belief, _) = run(&p, &store, 1000);
+        let (belief, _) = run(&p, &store, Work::unlimited());
         let (dx, dy) = (belief.pose().x_m - truth.x_m, belief.pose().y_m - truth.y_m);
         assert!(dx.abs() < 1e-3 && dy.abs() < 1e-3, "{dx} {dy}");
         assert_eq!(belief.residuals().outliers, 1);
@@ -399,7 +427,7 @@ mod tests {
         for id in [0, 6] {
             rehearse(&mut store, &candidate(id, &SHAPE).expect("listed"), &GUESS, &moved, &SHAPE);
         }
-        let (belief, _) = run(&p, &store, 1000);
+        let (belief, _) = run(&p, &store, Work::unlimited());
         assert_ne!(belief.readiness(&Tolerance::default()), Readiness::Ready);
     }
 }

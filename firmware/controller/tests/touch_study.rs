@@ -15,6 +15,7 @@ use tactus_controller::belief::{Belief, Prior, Readiness, Tolerance};
 use tactus_controller::evidence::{ContactKind, EvidenceStore, Toucher};
 use tactus_controller::touch::{Chooser, TouchHistory, TouchPlan};
 use tactus_controller::update::{Progress, Update, UpdateConfig};
+use tactus_controller::work::Work;
 
 const TOUCHES_MAX: usize = 6;
 
@@ -231,17 +232,13 @@ fn trial(seed: u64, offset: Interval, noise: Noise) -> Outcome {
     for _ in 0..TOUCHES_MAX {
         let begun = Instant::now();
         let mut chooser = Chooser::new(&belief, &prior, &history);
-        let choice = loop {
-            if let Some(ranked) = chooser.step() {
-                break ranked[0];
-            }
-        };
+        let choice = chooser.step(&mut Work::unlimited()).expect("no end of work")[0];
         outcome.choose_s.push(begun.elapsed().as_secs_f64());
         history.note(choice.plan.id, &belief.pose());
         world.touch(&choice.plan, &belief.pose(), &model, &mut store);
         let begun = Instant::now();
         let mut update = Update::new(&prior, &belief, &UpdateConfig::default());
-        while update.step(50, &store) == Progress::Running {}
+        assert_eq!(update.step(&mut Work::unlimited(), &store), Progress::Done);
         belief = update.belief().clone();
         outcome.update_s.push(begun.elapsed().as_secs_f64());
         outcome.evaluations.push(update.stats().evaluations);

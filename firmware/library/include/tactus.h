@@ -24,10 +24,10 @@
 #define TACTUS_ABI_VERSION 1
 
 /// Bytes that are enough for a controller on every target; `tactus_controller_size` says how many one takes here.
-#define TACTUS_CONTROLLER_SIZE 24576
+#define TACTUS_CONTROLLER_SIZE 28672
 
 /// `TACTUS_CONTROLLER_SIZE` in words of 64 bits.
-#define TACTUS_CONTROLLER_WORDS 3072
+#define TACTUS_CONTROLLER_WORDS 3584
 
 /// Alignment that a controller's memory needs, bytes.
 #define TACTUS_CONTROLLER_ALIGN 8
@@ -863,13 +863,13 @@ TactusResult tactus_estimator_add_free_sweep(struct TactusEstimator *estimator,
                                              uint8_t finger,
                                              float end_inner_rad);
 
-/// Fits the pose to all evidence, a slice at a time: at most `evaluations_max` evaluations of the error (1 or more),
-/// each about the same time. The first slice begins an update; `done` becomes true when it is finished and the belief
-/// is new. A whole update takes some hundreds of evaluations; how it is sliced changes nothing in the result.
+/// Fits the pose to all evidence, a slice at a time: `work_max` (1 or more) bounds a slice, in units of about a hundred
+/// instructions of a Cortex-M4F; a slice may take one evaluation of the error more. The first slice begins an update;
+/// `done` becomes true when it is finished and the belief is new. How it is sliced changes nothing in the result.
 ///
 /// While an update runs no evidence can be added (`TACTUS_RESULT_BUSY`).
 TactusResult tactus_estimator_update(struct TactusEstimator *estimator,
-                                     uint16_t evaluations_max,
+                                     uint32_t work_max,
                                      bool *done);
 
 /// Where the object is believed to stand: after the last whole update, or from the prior alone.

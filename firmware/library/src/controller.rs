@@ -9,14 +9,14 @@ use crate::robot::{TACTUS_PADS, TactusCommands, TactusImage, TactusReadings};
 use crate::rollout::{TactusRollout, TactusRolloutRequest};
 use crate::setup::{TactusOutcome, TactusPhase, TactusSetup};
 use core::ffi::c_void;
-use tactus_common::message::Setup;
+use tactus_common::message::{PlanAnswer, RefusalReason, Setup};
 use tactus_controller::controller::{Controller, EVENTS_MAX, Inputs, Outputs};
 use tactus_controller::mission::Mission;
 
 /// Bytes that are enough for a controller on every target; `tactus_controller_size` says how many one takes here.
-pub const TACTUS_CONTROLLER_SIZE: usize = 24576;
+pub const TACTUS_CONTROLLER_SIZE: usize = 28672;
 /// `TACTUS_CONTROLLER_SIZE` in words of 64 bits.
-pub const TACTUS_CONTROLLER_WORDS: usize = 3072;
+pub const TACTUS_CONTROLLER_WORDS: usize = 3584;
 /// Alignment that a controller's memory needs, bytes.
 pub const TACTUS_CONTROLLER_ALIGN: usize = 8;
 /// Most events of one tick.
@@ -47,6 +47,8 @@ pub struct TactusControllerMemory {
 struct State {
     controller: Controller,
     begun: Option<Setup>,
+    /// Where a planner's answer is put together: static memory instead of the stack of every tick.
+    answer: PlanAnswer,
 }
 
 impl Handled for State {
@@ -160,11 +162,20 @@ pub unsafe extern "C" fn tactus_controller_create(
     memory_bytes: usize,
     controller: *mut *mut TactusController,
 ) -> TactusResult {
-    let make = || State { controller: Controller::default(), begun: None };
+    let write = |state: *mut State| {
+        // SAFETY: `place` gives room for a state; nothing that was there needs a drop.
+        unsafe {
+            (&raw mut (*state).controller).write(Controller::default());
+            (&raw mut (*state).begun).write(None);
+            (&raw mut (*state).answer.effective).write(0);
+            (&raw mut (*state).answer.request).write(0);
+            (&raw mut (*state).answer.result).write(Err(RefusalReason::NoPath));
+        }
+    };
     // SAFETY: the header's contract for both pointers.
     answer(unsafe {
         put(controller, core::ptr::null_mut())
-            .and_then(|()| place(memory, memory_bytes, make))
+            .and_then(|()| place(memory, memory_bytes, write))
             .and_then(|handle| put(controller, handle))
     })
 }
@@ -225,13 +236,16 @@ unsafe fn tick(state: &mut State, now: u32, given: &TactusInputs, out: &mut Tact
     let rollout = unsafe { optional(given.rollout) }?.map(|r| r.to_rust(now));
     // SAFETY: the caller's promise.
     let plan = match unsafe { optional(given.plan) }? {
-        // SAFETY: the caller's promise.
-        Some(plan) => Some(unsafe { plan.to_rust(now) }?),
+        Some(plan) => {
+            // SAFETY: the caller's promise.
+            unsafe { plan.fill(now, &mut state.answer) }?;
+            Some(&state.answer)
+        }
         None => None,
     };
     // Everything is known to be in order: from here on nothing fails.
     let setup = state.begun.take();
-    let inputs = Inputs { setup: setup.as_ref(), readings, images, plan: plan.as_ref(), rollout: rollout.as_ref() };
+    let inputs = Inputs { setup: setup.as_ref(), readings, images, plan, rollout: rollout.as_ref() };
     let said = state.controller.tick(now, &inputs);
     out.fill(&said, &state.controller);
     Ok(())

@@ -10,6 +10,7 @@ use tactus_common::robot::hand::HandAngles;
 use tactus_controller::belief::{Belief, Prior};
 use tactus_controller::evidence::{ContactKind, EvidenceStore, StoreError, Toucher};
 use tactus_controller::update::{Progress, Update, UpdateConfig};
+use tactus_controller::work::Work;
 
 /// Bytes that are enough for an estimator on every target; `tactus_estimator_size` says how many one takes here.
 pub const TACTUS_ESTIMATOR_SIZE: usize = 16384;
@@ -44,18 +45,14 @@ struct State {
     prior: Prior,
     belief: Belief,
     store: EvidenceStore,
-    running: Option<Update>,
+    update: Update,
+    running: bool,
 }
 
 impl State {
-    fn new(prior: Prior) -> Self {
-        let store = EvidenceStore::new(prior.shape.top_height_m());
-        Self { prior, belief: Belief::from_prior(&prior), store, running: None }
-    }
-
     /// The store, to add to: an update in the middle must not see its evidence change.
     fn open(&mut self) -> Result<&mut EvidenceStore, TactusResult> {
-        if self.running.is_some() { Err(TactusResult::Busy) } else { Ok(&mut self.store) }
+        if self.running { Err(TactusResult::Busy) } else { Ok(&mut self.store) }
     }
 }
 
@@ -163,7 +160,14 @@ pub unsafe extern "C" fn tactus_estimator_create(
     // SAFETY: the header's contract for all pointers.
     answer(unsafe { put(estimator, core::ptr::null_mut()) }.and_then(|()| unsafe {
         let prior = needed(prior)?.to_rust()?;
-        put(estimator, place(memory, memory_bytes, || State::new(prior))?)
+        let write = |state: *mut State| {
+            (&raw mut (*state).prior).write(prior);
+            (&raw mut (*state).belief).write(Belief::from_prior(&prior));
+            (&raw mut (*state).store).write(EvidenceStore::new(prior.shape.top_height_m()));
+            (&raw mut (*state).update).write(Update::default());
+            (&raw mut (*state).running).write(false);
+        };
+        put(estimator, place(memory, memory_bytes, write)?)
     }))
 }
 
@@ -182,9 +186,9 @@ pub unsafe extern "C" fn tactus_estimator_begin_touch(estimator: *mut TactusEsti
 pub unsafe extern "C" fn tactus_estimator_clear(estimator: *mut TactusEstimator) -> TactusResult {
     // SAFETY: the header's contract.
     answer(unsafe { exclusive::<State>(estimator) }.map(|state| {
-        state.store.clear();
+        state.store.begin(state.prior.shape.top_height_m());
         state.belief = Belief::from_prior(&state.prior);
-        state.running = None;
+        state.running = false;
     }))
 }
 
@@ -257,29 +261,31 @@ unsafe fn add(
     how(state.open()?, &world_from_hand, &hand.angles())
 }
 
-/// Fits the pose to all evidence, a slice at a time: at most `evaluations_max` evaluations of the error (1 or more),
-/// each about the same time. The first slice begins an update; `done` becomes true when it is finished and the belief
-/// is new. A whole update takes some hundreds of evaluations; how it is sliced changes nothing in the result.
+/// Fits the pose to all evidence, a slice at a time: `work_max` (1 or more) bounds a slice, in units of about a hundred
+/// instructions of a Cortex-M4F; a slice may take one evaluation of the error more. The first slice begins an update;
+/// `done` becomes true when it is finished and the belief is new. How it is sliced changes nothing in the result.
 ///
 /// While an update runs no evidence can be added (`TACTUS_RESULT_BUSY`).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tactus_estimator_update(
     estimator: *mut TactusEstimator,
-    evaluations_max: u16,
+    work_max: u32,
     done: *mut bool,
 ) -> TactusResult {
     // SAFETY: the header's contract for both pointers.
     answer(unsafe { exclusive::<State>(estimator) }.and_then(|state| {
         // SAFETY: as above.
         unsafe { put(done, false) }?;
-        if evaluations_max == 0 {
+        if work_max == 0 {
             return Err(TactusResult::BadValue);
         }
-        let State { prior, belief, store, running } = state;
-        let update = running.get_or_insert_with(|| Update::new(prior, belief, &UpdateConfig::default()));
-        if update.step(evaluations_max, store) == Progress::Done {
-            *belief = update.belief().clone();
-            *running = None;
+        if !state.running {
+            state.update.begin(&state.prior, &state.belief, &UpdateConfig::default());
+            state.running = true;
+        }
+        if state.update.step(&mut Work::units(work_max), &state.store) == Progress::Done {
+            state.belief.clone_from(state.update.belief());
+            state.running = false;
             // SAFETY: as above.
             unsafe { put(done, true) }?;
         }

@@ -27,22 +27,27 @@ pub(crate) trait Handled: Sized {
     const ALIGN: usize = align_of::<Marked<Self>>();
 }
 
-/// Places `value` in the caller's memory.
+/// Makes a value in the caller's memory: `write` gets the place, field by field, since a whole value would pass over the
+/// stack.
 ///
 /// # Safety
-/// `memory` is NULL or points to `bytes` writable bytes that nothing else uses from now on.
+/// `memory` is NULL or points to `bytes` writable bytes that nothing else uses from now on. `write` writes every field.
 pub(crate) unsafe fn place<T: Handled>(
     memory: *mut c_void,
     bytes: usize,
-    value: impl FnOnce() -> T,
+    write: impl FnOnce(*mut T),
 ) -> Result<*mut T::Opaque, TactusResult> {
     let place = memory.cast::<Marked<T>>();
     aligned(place)?;
     if bytes < T::BYTES {
         return Err(TactusResult::TooSmall);
     }
-    // SAFETY: not NULL, aligned and large enough (checked above); writable and unused (the caller's promise).
-    unsafe { place.write(Marked { mark: T::MARK, value: value() }) };
+    // SAFETY: not NULL, aligned and large enough (checked above); writable and unused (the caller's promise). The mark
+    // comes last: before it, this is no handle.
+    unsafe {
+        write(&raw mut (*place).value);
+        (&raw mut (*place).mark).write(T::MARK);
+    }
     Ok(place.cast())
 }
 
@@ -156,7 +161,7 @@ mod tests {
     fn place_in(memory: &mut [u64; 4], skip: usize, bytes: usize) -> Result<*mut u8, TactusResult> {
         let start = memory.as_mut_ptr().cast::<u8>().wrapping_add(skip).cast::<c_void>();
         // SAFETY: inside the array where `place` gets as far as writing.
-        unsafe { place(start, bytes, || Thing(7)) }
+        unsafe { place(start, bytes, |place: *mut Thing| place.write(Thing(7))) }
     }
 
     #[test]
@@ -172,7 +177,7 @@ mod tests {
     fn memory_that_is_null_crooked_or_small_is_refused() {
         let mut memory = [0_u64; 4];
         // SAFETY: NULL is allowed.
-        let nowhere = unsafe { place::<Thing>(core::ptr::null_mut(), 32, || Thing(7)) };
+        let nowhere = unsafe { place::<Thing>(core::ptr::null_mut(), 32, |_| ()) };
         assert_eq!(nowhere.err(), Some(TactusResult::NullPointer));
         assert_eq!(place_in(&mut memory, 4, 24).err(), Some(TactusResult::Misaligned));
         assert_eq!(place_in(&mut memory, 0, 15).err(), Some(TactusResult::TooSmall));

@@ -195,27 +195,35 @@ pub struct TactusPlanAnswer {
 unsafe impl Plain for TactusPlanAnswer {}
 
 impl TactusPlanAnswer {
-    /// The answer, taking effect at tick `now`.
+    /// Writes the answer, taking effect at tick `now`, over `answer`: a trajectory is large, so it is filled where it
+    /// stays. Never inlined, so that what it needs of the stack is free again when the controller ticks.
     ///
     /// # Safety
     /// The header's contract for `knots`.
-    pub(crate) unsafe fn to_rust(self, now: u32) -> Result<PlanAnswer, TactusResult> {
-        let result = match refusal(self.refusal)? {
-            Some(reason) => Err(reason),
-            None => {
-                if usize::from(self.knot_count) > KNOTS_MAX {
-                    return Err(TactusResult::BadValue);
-                }
-                let mut trajectory =
-                    Trajectory { request: self.request, guarded_from: self.guarded_from, ..Trajectory::default() };
-                // SAFETY: the caller's promise.
-                for k in unsafe { array(self.knots, usize::from(self.knot_count)) }? {
-                    let knot = Knot { t_s: k.t_s, q_rad: k.q_rad, qd_rad_s: k.qd_rad_s, qdd_rad_s2: k.qdd_rad_s2 };
-                    trajectory.knots.push(knot).map_err(|_| TactusResult::BadValue)?;
-                }
-                Ok(trajectory)
+    #[inline(never)]
+    pub(crate) unsafe fn fill(&self, now: u32, answer: &mut PlanAnswer) -> Result<(), TactusResult> {
+        (answer.effective, answer.request) = (now, self.request);
+        if let Some(reason) = refusal(self.refusal)? {
+            answer.result = Err(reason);
+            return Ok(());
+        }
+        if usize::from(self.knot_count) > KNOTS_MAX {
+            return Err(TactusResult::BadValue);
+        }
+        // SAFETY: the caller's promise.
+        let knots = unsafe { array(self.knots, usize::from(self.knot_count)) }?;
+        if answer.result.is_err() {
+            answer.result = Ok(Trajectory::default());
+        }
+        if let Ok(trajectory) = &mut answer.result {
+            trajectory.request = self.request;
+            trajectory.guarded_from = self.guarded_from;
+            trajectory.knots.clear();
+            for k in knots {
+                let knot = Knot { t_s: k.t_s, q_rad: k.q_rad, qd_rad_s: k.qd_rad_s, qdd_rad_s2: k.qdd_rad_s2 };
+                trajectory.knots.push(knot).map_err(|_| TactusResult::BadValue)?;
             }
-        };
-        Ok(PlanAnswer { effective: now, request: self.request, result })
+        }
+        Ok(())
     }
 }

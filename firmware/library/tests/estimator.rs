@@ -16,6 +16,7 @@ use tactus_controller::evidence::{ContactKind, EvidenceStore, Toucher};
 use tactus_controller::predict::{CLOSE_END_RAD, FingerPrediction, predict};
 use tactus_controller::touch::{TouchPlan, candidate};
 use tactus_controller::update::{Progress, Update, UpdateConfig};
+use tactus_controller::work::Work;
 
 const SHAPE: ObjectShape = ObjectShape::THESIS_BOX;
 const GUESS: PlanarPose = PlanarPose { x_m: 0.2, y_m: -0.1, phi_rad: 0.0 };
@@ -52,10 +53,10 @@ impl FromC {
         unsafe { tactus_estimator_add_contact(self.handle, hand, toucher, kind) }
     }
 
-    fn slice(&self, evaluations_max: u16) -> (TactusResult, bool) {
+    fn slice(&self, work_max: u32) -> (TactusResult, bool) {
         let mut done = false;
         // SAFETY: a live handle and a reference.
-        let result = unsafe { tactus_estimator_update(self.handle, evaluations_max, &mut done) };
+        let result = unsafe { tactus_estimator_update(self.handle, work_max, &mut done) };
         (result, done)
     }
 
@@ -117,7 +118,7 @@ fn three_touches_fitted_through_the_c_interface_give_what_they_give_in_rust() {
     for id in [0, 6, 3] {
         touch(&c, &mut store, id);
         let mut update = Update::new(&prior, &belief, &UpdateConfig::default());
-        while update.step(100, &store) != Progress::Done {}
+        while update.step(&mut Work::unlimited(), &store) != Progress::Done {}
         belief = update.belief().clone();
         // Sliced finer than in Rust: that changes nothing.
         while c.slice(3) != (TactusResult::Ok, true) {}

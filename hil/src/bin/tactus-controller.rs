@@ -7,6 +7,7 @@ use tactus_common::link::{CONTROLLER, WORLD};
 use tactus_common::message::{EventKind, Outcome};
 use tactus_hil::bus_name::BusName;
 use tactus_hil::shell::{Shell, ShellEnd, ShellOptions};
+use tactus_hil::usage::one_line;
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -53,7 +54,17 @@ enum Pace {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if !error.use_stderr() => {
+            print!("{}", error.render());
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => {
+            eprintln!("{} (see tactus-controller --help)", one_line(&error));
+            return ExitCode::from(2);
+        }
+    };
     let mtu = cli.can.map(|format| match format {
         Format::Classic => Mtu::Classic,
         Format::Fd => Mtu::Fd,

@@ -13,7 +13,7 @@ use tactus_hil::bit_time::BitRates;
 use tactus_hil::bus::{LiveBus, LiveStats, Refusal, SendOnly};
 use tactus_hil::bus_meter::BusMeter;
 
-/// How long the world waits for the answer to one tick before it takes the controller for lost.
+/// How long the world waits on a CAN bus for the answer to one tick before it takes the controller for lost.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// Period of the heartbeats of a world that is busy: four within the controller's own patience.
 const KEEP_ALIVE: Duration = Duration::from_millis(500);
@@ -98,7 +98,7 @@ impl Wire for Live {
     }
 
     fn patience(&self) -> Duration {
-        PATIENCE
+        PATIENCE * self.bus.slowness()
     }
 
     fn send(&mut self, frame: CanFrame) -> anyhow::Result<()> {
@@ -106,7 +106,7 @@ impl Wire for Live {
         loop {
             match self.bus.send(frame) {
                 Ok(()) => break,
-                Err(rejected) if rejected.reason == Refusal::Format || started.elapsed() >= PATIENCE => {
+                Err(rejected) if rejected.reason == Refusal::Format || started.elapsed() >= self.patience() => {
                     return Err(rejected).with_context(|| self.name.clone());
                 }
                 // A full queue empties, and an interface that is down may come up again.

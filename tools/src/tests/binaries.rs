@@ -28,9 +28,11 @@ impl Binary {
     }
 }
 
-/// Builds the tests that these arguments of `cargo test` select.
-pub fn build(args: &[&str]) -> anyhow::Result<Vec<Binary>> {
-    let args = [&["test", "--no-run", "--message-format", "json-render-diagnostics"], args].concat();
+/// Builds the test files of a package whose names begin with `files`.
+pub fn build(package: &[&str], files: &str) -> anyhow::Result<Vec<Binary>> {
+    let files = format!("{files}*");
+    let args =
+        [&["test", "--no-run", "--message-format", "json-render-diagnostics", "--test", &files], package].concat();
     Ok(messages(&args)?.iter().filter(|m| m["profile"]["test"] == true).filter_map(binary).collect())
 }
 

@@ -200,10 +200,28 @@ proptest! {
                     let sign = if cross.dot(&side.outward) > 0.0 { -1.0 } else { 1.0 };
                     let normal = cross * (sign / libm::sqrtf(cross.norm_squared()));
                     let rise = normal.dot(&placed.axes[2]);
-                    let lowest_m = normal.dot(corner) + rise * placed.z_m[usize::from(rise <= 0.0)];
+                    let lowest_m = normal.dot(corner) + rise * placed.prism.z_m[usize::from(rise <= 0.0)];
                     prop_assert!(lowest_m - box_reach_m(&HALF, &normal) <= pruned.distance_m);
                 }
             }
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn beside_a_face_the_other_axes_need_no_look(
+        t in [-0.3_f32..0.3, -0.3_f32..0.3, -0.3_f32..0.3], axis_angle in [-3.0_f32..3.0, -3.0_f32..3.0, -3.0_f32..3.0],
+    ) {
+        let placed = Placed::new(&pose(t, axis_angle), &TIP);
+        let mut best = Best { distance_m: f32::NEG_INFINITY, normal: Vector3::z(), kind: AxisKind::BoxFace };
+        box_faces(&HALF, &placed, &mut best);
+        if is_opposite_face(&HALF, &placed, &best) {
+            let of_face_m = best.distance_m;
+            prism_faces(&HALF, &placed, &mut best);
+            cap_edges(&HALF, &placed, &mut best);
+            side_edges(&HALF, &placed, &mut best);
+            prop_assert!(best.distance_m < of_face_m + 1e-6, "{} {of_face_m}", best.distance_m);
         }
     }
 }

@@ -9,8 +9,8 @@ mod uart;
 
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::slcan::{self, Line, Parser};
-use tactus_shell::meter::Meter;
 use tactus_shell::Shell;
+use tactus_shell::meter::Meter;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -18,7 +18,7 @@ fn main() -> ! {
     clock::start(&mut core.SYST);
     uart::start(&mut core.NVIC);
     report::calibration();
-    let shell = cortex_m::singleton!(: Shell = Shell::new(Mtu::Classic)).expect("made once, here");
+    let shell = shell();
     let outbox = cortex_m::singleton!(: uart::Outbox = uart::Outbox::new()).expect("made once, here");
     let mut parser = Parser::new();
     let mut meter = Meter::new();
@@ -26,7 +26,7 @@ fn main() -> ! {
         let Some(byte) = uart::RECEIVED.pop() else {
             shell.idle(clock::millis(), &mut |frame: CanFrame| outbox.put(&frame));
             outbox.flush();
-            uart::sleep_until_something_happens();
+            uart::wait_until_something_happens();
             continue;
         };
         match parser.feed(byte) {
@@ -44,4 +44,11 @@ fn main() -> ! {
             Some(Line::Done | Line::Refused | Line::Other | Line::Damaged) | None => {}
         }
     }
+}
+
+/// Makes the shell. A function of its own, so that the stack which it takes to make one is free again before the first
+/// tick.
+#[inline(never)]
+fn shell() -> &'static mut Shell {
+    cortex_m::singleton!(: Shell = Shell::new(Mtu::Classic)).expect("made once, at the start")
 }

@@ -1,7 +1,8 @@
 //! What the image has measured of itself, told to the emulator by semihosting.
 
 use crate::{clock, uart};
-use cortex_m_semihosting::hprintln;
+use core::fmt::{Arguments, Write};
+use cortex_m_semihosting::hio;
 use tactus_common::message::DigestReport;
 use tactus_shell::meter::Meter;
 
@@ -10,12 +11,20 @@ const PAINT: u32 = 0xcccc_cccc;
 /// Passes through a loop of two instructions, see `cortex_m::asm::delay`.
 const CALIBRATION_LOOPS: u32 = 500_000;
 
+/// Says a line. A handle of its own each time: the library's shared one would have to be borrowed, which may panic.
+pub fn say(line: Arguments<'_>) {
+    if let Ok(mut host) = hio::hstdout() {
+        let _ = host.write_fmt(line);
+        let _ = host.write_str("\n");
+    }
+}
+
 /// Runs a known number of instructions and says how many counts of the clock they took.
 pub fn calibration() {
     let begun = clock::counts();
     cortex_m::asm::delay(CALIBRATION_LOOPS);
     let counts = clock::counts().wrapping_sub(begun);
-    hprintln!("tactus: calibration instructions={} counts={}", 2 * CALIBRATION_LOOPS, counts);
+    say(format_args!("tactus: calibration instructions={} counts={}", 2 * CALIBRATION_LOOPS, counts));
 }
 
 /// Bytes of stack that were used since the start, and that there are.
@@ -35,7 +44,7 @@ fn stack() -> (usize, usize) {
 pub fn mission(report: &DigestReport, meter: &Meter) {
     let digest = u64::from_le_bytes(report.digest);
     let (used, there) = stack();
-    hprintln!(
+    say(format_args!(
         "tactus: mission digest={:016x} ticks={} worst_counts={} worst_tick={} mean_counts={} stack={} of={} lost={}",
         digest,
         report.ticks,
@@ -45,5 +54,5 @@ pub fn mission(report: &DigestReport, meter: &Meter) {
         used,
         there,
         uart::RECEIVED.lost()
-    );
+    ));
 }

@@ -21,7 +21,7 @@ fn stop(info: &PanicInfo) -> ! {
     // The end of whatever line was being sent. The message itself would need the formatting of every type.
     let (file, line) = info.location().map_or(("?", 0), |place| (place.file(), place.line()));
     let _ = write!(Text, "\r#tactus stopped at {file}:{line}\r");
-    cortex_m_semihosting::hprintln!("tactus stopped at {}:{}", file, line);
+    crate::report::say(format_args!("tactus stopped at {file}:{line}"));
     loop {
         debug::exit(EXIT_FAILURE);
     }

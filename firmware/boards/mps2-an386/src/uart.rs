@@ -75,8 +75,17 @@ unsafe fn DefaultHandler(line: i16) {
     }
 }
 
-/// Sleeps until a byte has arrived or a millisecond has passed.
-pub fn sleep_until_something_happens() {
+/// Looks at the queue before it is worth sleeping: bytes of a burst follow one another, and an emulator takes longer to
+/// wake than to spin.
+const LOOKS: u32 = 10_000;
+
+/// Waits until a byte has arrived or a millisecond has passed, asleep if it takes long.
+pub fn wait_until_something_happens() {
+    for _ in 0..LOOKS {
+        if !RECEIVED.is_empty() {
+            return;
+        }
+    }
     // With interrupts held back a byte that comes after the look wakes the processor all the same.
     cortex_m::interrupt::free(|_| {
         if RECEIVED.is_empty() {

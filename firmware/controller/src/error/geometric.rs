@@ -8,6 +8,7 @@
 
 use super::{ErrorFunction, Evaluation, Slope};
 use crate::evidence::{Contact, ContactKind, EvidenceStore, FreeLink, PosedLink};
+use crate::work::{SEPARATION, SPHERE, Work};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use tactus_common::limits::HAND_LINKS;
 use tactus_common::pose::PlanarPose;
@@ -75,6 +76,7 @@ pub struct Residuals {
 }
 
 /// The hypothesised pose in the form that every term needs.
+#[derive(Clone, Copy, Debug)]
 struct Hypothesis {
     object_from_world: Isometry3<f32>,
     sin_cos_phi: (f32, f32),
@@ -89,25 +91,77 @@ impl<'a> Geometric<'a> {
 
     /// How well `pose` explains the contacts, loss aside.
     pub fn residuals(&self, pose: &PlanarPose) -> Residuals {
-        let at = self.hypothesis(pose);
-        let mut found = Residuals::default();
-        for contact in self.store.contacts() {
-            let u = match self.nearest(contact, &at) {
-                Some(s) => (s.distance_m + self.depth_m(contact)) / self.contact_sigma_m(contact),
-                None => f32::INFINITY,
-            };
-            found.contacts += 1;
-            found.closings += u16::from(contact.kind != ContactKind::Landing);
-            found.outliers += u16::from(libm::fabsf(u) > 3.0);
-            found.chi_squared += (u * u).min(9.0);
-        }
-        for free in self.store.free() {
-            if let Some(s) = self.intrusion(free, &at) {
-                let u = (s.distance_m + self.config.free_tolerance_m) / self.free_sigma_m(free);
-                found.collisions += u16::from(u < -3.0);
+        let mut under_way = self.begin_residuals(pose);
+        // Without a limit there is always an end.
+        self.proceed_residuals(&mut under_way, &mut Work::unlimited()).unwrap_or_default()
+    }
+
+    /// Begins to work out how well `pose` explains the contacts, loss aside.
+    pub fn begin_residuals(&self, pose: &PlanarPose) -> ResidualsUnderWay {
+        ResidualsUnderWay { walk: self.begin_walk(pose), found: Residuals::default() }
+    }
+
+    /// Goes on with residuals; `Some` at the end. The evidence must be the same in every slice.
+    pub fn proceed_residuals(&self, under_way: &mut ResidualsUnderWay, work: &mut Work) -> Option<Residuals> {
+        let found = &mut under_way.found;
+        let is_over = self.walk(&mut under_way.walk, work, |term| {
+            let u = term.found.map_or(f32::INFINITY, |_| term.residual_m / term.sigma_m);
+            match term.of {
+                Of::Contact(kind) => {
+                    found.contacts += 1;
+                    found.closings += u16::from(kind != ContactKind::Landing);
+                    found.outliers += u16::from(libm::fabsf(u) > 3.0);
+                    found.chi_squared += (u * u).min(9.0);
+                }
+                Of::Free => found.collisions += u16::from(u < -3.0),
             }
+        });
+        is_over.then_some(under_way.found)
+    }
+
+    /// Begins to evaluate the error at `pose`.
+    pub fn begin(&self, pose: &PlanarPose) -> UnderWay {
+        let (error, half_gradient, information) = (0.0, Vector3::zeros(), Matrix3::zeros());
+        let loss_scale_sq = self.config.loss_scale * self.config.loss_scale;
+        UnderWay { walk: self.begin_walk(pose), sum: Sum { error, half_gradient, information, loss_scale_sq } }
+    }
+
+    /// Goes on with an evaluation; `Some` at the end. The evidence must be the same in every slice.
+    pub fn proceed(&self, under_way: &mut UnderWay, work: &mut Work) -> Option<Evaluation> {
+        let (sum, sin_cos_phi) = (&mut under_way.sum, under_way.walk.at.sin_cos_phi);
+        let is_over = self.walk(&mut under_way.walk, work, |term| match term.found {
+            Some(found) => sum.add(term.residual_m, found.gradient_world(sin_cos_phi), term.sigma_m),
+            // Only for a pose that is no number: the error says so.
+            None => sum.error = f32::INFINITY,
+        });
+        let slope = Slope { half_gradient: under_way.sum.half_gradient, information: under_way.sum.information };
+        is_over.then_some(Evaluation { error: under_way.sum.error, slope: Some(slope) })
+    }
+
+    fn begin_walk(&self, pose: &PlanarPose) -> Walk {
+        Walk { at: self.hypothesis(pose), next: 0 }
+    }
+
+    /// Goes on through contacts and free links that are not where they should be; `true` at the end.
+    fn walk(&self, walk: &mut Walk, work: &mut Work, mut each: impl FnMut(Term)) -> bool {
+        let (contacts, free) = (self.store.contacts(), self.store.free());
+        while walk.next < contacts.len() + free.len() {
+            if !work.is_left() {
+                return false;
+            }
+            if let Some(contact) = contacts.get(walk.next) {
+                let found = self.nearest(contact, &walk.at, work);
+                let residual_m = found.map_or(f32::INFINITY, |s| s.distance_m + self.depth_m(contact));
+                each(Term { of: Of::Contact(contact.kind), found, residual_m, sigma_m: self.contact_sigma_m(contact) });
+            } else if let Some(free) = free.get(walk.next - contacts.len())
+                && let Some(found) = self.intrusion(free, &walk.at, work)
+            {
+                let residual_m = found.distance_m + self.config.free_tolerance_m;
+                each(Term { of: Of::Free, found: Some(found), residual_m, sigma_m: self.free_sigma_m(free) });
+            }
+            walk.next += 1;
         }
-        found
+        true
     }
 
     fn hypothesis(&self, pose: &PlanarPose) -> Hypothesis {
@@ -143,22 +197,24 @@ impl<'a> Geometric<'a> {
     }
 
     /// Separation of a link from the object, if less than `limit_m`; a sphere test first.
-    fn separation(&self, posed: &PosedLink, at: &Hypothesis, limit_m: f32) -> Option<Separation> {
+    fn separation(&self, posed: &PosedLink, at: &Hypothesis, limit_m: f32, work: &mut Work) -> Option<Separation> {
+        work.spend(SPHERE);
         let centre = at.object_from_world * nalgebra::Point3::from(posed.centre_world_m);
         let bound_m = self.shape.point_separation_m(&centre.coords) - self.radius_m[posed.link.index()];
         if bound_m >= limit_m {
             return None;
         }
+        work.spend(SEPARATION);
         self.shape.separation_below(&(at.object_from_world * posed.world_from_link), hand_prism(posed.link), limit_m)
     }
 
     /// The nearest of a contact's links.
-    fn nearest(&self, contact: &Contact, at: &Hypothesis) -> Option<Separation> {
+    fn nearest(&self, contact: &Contact, at: &Hypothesis, work: &mut Work) -> Option<Separation> {
         let mut nearest: Option<Separation> = None;
         // Tips come last in the list and touch most often.
         for posed in contact.links.iter().rev() {
             let limit_m = nearest.as_ref().map_or(f32::INFINITY, |n| n.distance_m);
-            if let Some(s) = self.separation(posed, at, limit_m) {
+            if let Some(s) = self.separation(posed, at, limit_m, work) {
                 nearest = Some(s);
             }
         }
@@ -166,12 +222,13 @@ impl<'a> Geometric<'a> {
     }
 
     /// The separation of a free link, if it is inside by more than the tolerance.
-    fn intrusion(&self, free: &FreeLink, at: &Hypothesis) -> Option<Separation> {
-        self.separation(&free.posed, at, -self.config.free_tolerance_m)
+    fn intrusion(&self, free: &FreeLink, at: &Hypothesis, work: &mut Work) -> Option<Separation> {
+        self.separation(&free.posed, at, -self.config.free_tolerance_m, work)
     }
 }
 
 /// Sums up residuals under the robust loss.
+#[derive(Clone, Copy, Debug)]
 struct Sum {
     error: f32,
     half_gradient: Vector3<f32>,
@@ -195,39 +252,48 @@ impl Sum {
     }
 }
 
+/// How far a walk through the evidence is.
+#[derive(Clone, Copy, Debug)]
+struct Walk {
+    at: Hypothesis,
+    /// Index of the next contact, or after the contacts of the next free link.
+    next: usize,
+}
+
+/// What a term of the error belongs to.
+enum Of {
+    Contact(ContactKind),
+    Free,
+}
+
+/// A term of the error.
+struct Term {
+    of: Of,
+    /// The separation; `None` for a contact and a pose that is no number.
+    found: Option<Separation>,
+    residual_m: f32,
+    sigma_m: f32,
+}
+
+/// An evaluation under way: for [`Geometric::proceed`].
+#[derive(Clone, Copy, Debug)]
+pub struct UnderWay {
+    walk: Walk,
+    sum: Sum,
+}
+
+/// Residuals under way: for [`Geometric::proceed_residuals`].
+#[derive(Clone, Copy, Debug)]
+pub struct ResidualsUnderWay {
+    walk: Walk,
+    found: Residuals,
+}
+
 impl ErrorFunction for Geometric<'_> {
     fn evaluate(&self, pose: &PlanarPose) -> Evaluation {
-        let at = self.hypothesis(pose);
-        let mut sum = Sum {
-            error: 0.0,
-            half_gradient: Vector3::zeros(),
-            information: Matrix3::zeros(),
-            loss_scale_sq: self.config.loss_scale * self.config.loss_scale,
-        };
-        for contact in self.store.contacts() {
-            // None only for a pose that is no number: the error below says so.
-            match self.nearest(contact, &at) {
-                Some(s) => sum.add(
-                    s.distance_m + self.depth_m(contact),
-                    s.gradient_world(at.sin_cos_phi),
-                    self.contact_sigma_m(contact),
-                ),
-                None => sum.error = f32::INFINITY,
-            }
-        }
-        for free in self.store.free() {
-            if let Some(s) = self.intrusion(free, &at) {
-                sum.add(
-                    s.distance_m + self.config.free_tolerance_m,
-                    s.gradient_world(at.sin_cos_phi),
-                    self.free_sigma_m(free),
-                );
-            }
-        }
-        Evaluation {
-            error: sum.error,
-            slope: Some(Slope { half_gradient: sum.half_gradient, information: sum.information }),
-        }
+        let mut under_way = self.begin(pose);
+        // Without a limit there is always an end.
+        self.proceed(&mut under_way, &mut Work::unlimited()).unwrap_or(Evaluation { error: f32::INFINITY, slope: None })
     }
 }
 

@@ -7,6 +7,7 @@ use super::foresight::CONFIRM_RAD;
 use super::knowledge::SETUP_MAX;
 use super::*;
 use crate::testing::{BOX, Desk, TRUTH, plan, rollout, setup};
+use core::mem::size_of;
 use std::vec::Vec;
 use tactus_common::message::{PlanAnswer, RolloutRequest, RolloutResult, SCHEMA_VERSION};
 use tactus_common::pose::{Interval, wrap};
@@ -108,6 +109,11 @@ impl Rig {
     fn touches(&self) -> usize {
         self.count(|e| matches!(e, EventKind::Touch { .. }))
     }
+}
+
+#[test]
+fn what_changes_hands_with_the_phase_is_small() {
+    assert!(size_of::<Doing>() <= 256, "{} bytes are moved when a phase begins", size_of::<Doing>());
 }
 
 #[test]

@@ -7,8 +7,9 @@
 
 use super::{CANDIDATES, TouchPlan, candidate};
 use crate::belief::{Belief, Prior, SAMPLES_MAX};
-use crate::predict::{FingerPrediction, predict};
+use crate::predict::{FingerPrediction, Predictor};
 use crate::sort::insertion_sort;
+use crate::work::{MATRICES, Work};
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 use tactus_common::limits::FINGERS;
@@ -101,6 +102,9 @@ pub struct Chooser {
     ranked: RankedTouches,
     id: u8,
     sample: usize,
+    /// The prediction of this candidate at this sample has begun.
+    predicting: bool,
+    predictor: Predictor,
     tally: Tally,
 }
 
@@ -124,7 +128,7 @@ impl Chooser {
             *repeats = history.repeats(id, &self.believed) as u8;
         }
         self.ranked.clear();
-        (self.id, self.sample) = (0, 0);
+        (self.id, self.sample, self.predicting) = (0, 0, false);
         self.tally = Tally::default();
     }
 
@@ -133,39 +137,61 @@ impl Chooser {
         &self.ranked
     }
 
-    /// Predicts one candidate at one sample: about 100 kflop. `Some` when all are ranked; then again the same.
-    pub fn step(&mut self) -> Option<&RankedTouches> {
-        if let Some(plan) = candidate(self.id, &self.shape) {
+    /// Predicts candidates at samples, as far as the work allows. `Some` when all are ranked; then again the same.
+    pub fn step(&mut self, work: &mut Work) -> Option<&RankedTouches> {
+        while let Some(plan) = candidate(self.id, &self.shape) {
+            if !work.is_left() {
+                return None;
+            }
             match self.samples.get(self.sample).copied() {
                 Some((pose, weight)) => {
-                    self.weigh(&plan, &pose, weight);
+                    if !self.predicting {
+                        self.predictor.begin(&plan, &self.believed, &pose, &self.shape);
+                        self.predicting = true;
+                        work.spend(MATRICES);
+                    }
+                    if !self.weigh(weight, work) {
+                        return None;
+                    }
+                    self.predicting = false;
                     self.sample += 1;
                 }
-                None => self.finish_candidate(plan),
+                None => {
+                    self.finish_candidate(plan);
+                    work.spend(MATRICES);
+                }
             }
         }
-        (self.id >= CANDIDATES).then_some(&self.ranked)
+        Some(&self.ranked)
     }
 
-    fn weigh(&mut self, plan: &TouchPlan, pose: &PlanarPose, weight: f32) {
-        let felt = predict(plan, &self.believed, pose, &self.shape);
-        let landed = felt.iter().filter(|f| **f == FingerPrediction::Landed).count();
-        self.tally.landings += weight * landed as f32;
+    /// Adds the sample under prediction to the tally of its candidate; `false` if the work did not suffice.
+    fn weigh(&mut self, weight: f32, work: &mut Work) -> bool {
+        if !self.predictor.open(work) {
+            return false;
+        }
+        let landed = self.predictor.felt().iter().filter(|f| **f == FingerPrediction::Landed).count();
         if landed > 0 {
             // The hand goes back up: no finger closes.
+            self.tally.landings += weight * landed as f32;
             self.tally.landing += weight;
-            return;
+            return true;
         }
+        if !self.predictor.close(work) {
+            return false;
+        }
+        work.spend(MATRICES);
         let mut information = self.information;
-        for (finger, prediction) in felt.iter().enumerate() {
+        for (prediction, touching) in self.predictor.felt().iter().zip(&mut self.tally.touching) {
             if let FingerPrediction::Contact { gradient, .. } = prediction {
                 let g = Vector3::from_fn(|axis, _| gradient[axis] * SCALE[axis] / CONTACT_SIGMA_M);
                 information += g * g.transpose();
-                self.tally.touching[finger] += weight;
+                *touching += weight;
             }
         }
         let after = log_det_softened(&inverse(&information));
         self.tally.gain += weight * 0.5 * (self.log_det_before - after);
+        true
     }
 
     fn finish_candidate(&mut self, plan: TouchPlan) {
@@ -227,16 +253,20 @@ mod tests {
 
     fn rank(belief: &Belief, history: &TouchHistory) -> RankedTouches {
         let mut chooser = Chooser::new(belief, &PRIOR, history);
-        for _ in 0..(CANDIDATES as usize * (SAMPLES_MAX + 1)) {
-            if let Some(ranked) = chooser.step() {
-                return ranked.clone();
-            }
-        }
-        panic!("no end");
+        chooser.step(&mut Work::unlimited()).expect("no end of work, so an end of the choice").clone()
     }
 
     #[test]
-    fn every_candidate_is_ranked_best_first_after_a_bounded_number_of_steps() {
+    fn slicing_changes_nothing() {
+        let belief = Belief::from_prior(&PRIOR);
+        let mut sliced = Chooser::new(&belief, &PRIOR, &TouchHistory::default());
+        let slices = (0..100_000).find(|_| sliced.step(&mut Work::units(1)).is_some()).expect("an end");
+        assert!(slices > 1_000, "thin slices: {slices}");
+        assert_eq!(*sliced.ranked(), rank(&belief, &TouchHistory::default()));
+    }
+
+    #[test]
+    fn every_candidate_is_ranked_best_first() {
         let ranked = rank(&Belief::from_prior(&PRIOR), &TouchHistory::default());
         assert_eq!(ranked.len(), CANDIDATES as usize);
         assert!(ranked.windows(2).all(|pair| pair[0].gain >= pair[1].gain));
