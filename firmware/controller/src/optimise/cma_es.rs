@@ -136,7 +136,8 @@ impl Strategy for Evolution {
             self.count = 0;
             self.learn();
             let is_flat = self.flat >= FLAT_MAX;
-            let longest = self.spread * self.lengths.rows(0, self.free).amax();
+            let widest = (0..self.free).fold(0.0_f32, |widest, axis| widest.max(self.covariance[(axis, axis)]));
+            let longest = self.spread * libm::sqrtf(widest);
             if (is_flat || longest < self.step_min) && !self.begin_cloud() {
                 return Next::Stop(if self.varies { StopReason::Converged } else { StopReason::Flat });
             }
@@ -148,12 +149,13 @@ impl Strategy for Evolution {
 impl Evolution {
     /// A sample of the cloud, mirrored into the box.
     fn draw(&mut self) -> Point {
-        let mut normal = Vector3::zeros();
-        for axis in 0..self.free {
-            normal[axis] = self.random.normal();
+        // All three: the axes of the cloud come in any order, those beyond the free components among them.
+        let normal = Vector3::zeros().map(|_: f32| self.random.normal());
+        let mut step = self.axes * normal.component_mul(&self.lengths) * self.spread;
+        for axis in self.free..3 {
+            step[axis] = 0.0;
         }
-        let point = self.mean + self.axes * normal.component_mul(&self.lengths) * self.spread;
-        point.map(mirrored)
+        (self.mean + step).map(mirrored)
     }
 
     /// Mean, paths, covariance and spread from a generation (tutorial, figure 6).
@@ -264,6 +266,7 @@ pub type CmaEs = Search<Evolution>;
 
 #[cfg(test)]
 mod tests {
+    use super::super::SearchOptions;
     use super::*;
 
     #[test]
@@ -277,6 +280,29 @@ mod tests {
         }
         assert!((rates.parents_effective - 2.258).abs() < 0.01, "{}", rates.parents_effective);
         assert!((rates.chi - 1.5958).abs() < 0.01, "{}", rates.chi);
+    }
+
+    #[test]
+    fn a_cloud_is_as_wide_in_each_free_component_as_its_covariance_says_whatever_the_order_of_its_axes() {
+        let setup = Setup { start: Point::zeros(), free: 2, steps: Point::zeros(), options: SearchOptions::default() };
+        for deviations in [[0.01_f32, 0.2], [0.2, 0.01], [2.0, 0.5]] {
+            let mut cloud = Evolution::new(&setup);
+            cloud.spread = 0.1;
+            for (axis, deviation) in deviations.iter().enumerate() {
+                cloud.covariance[(axis, axis)] = deviation * deviation;
+            }
+            cloud.decompose();
+            let mut squares = Point::zeros();
+            for _ in 0..2000 {
+                let point = cloud.draw();
+                squares += point.component_mul(&point) / 2000.0;
+            }
+            for (axis, deviation) in deviations.iter().enumerate() {
+                let width = libm::sqrtf(squares[axis]);
+                assert!((width / (0.1 * deviation) - 1.0).abs() < 0.1, "{axis}: {width} {deviation}");
+            }
+            assert_eq!(squares.z, 0.0);
+        }
     }
 
     #[test]
