@@ -3,9 +3,9 @@
 //! Corana, Marchesi, Martini & Ridella (1987), "Minimizing multimodal functions of continuous variables with the
 //! simulated annealing algorithm", section 2: one component at a time, acceptance by Metropolis, step lengths adapted so
 //! that half of the steps are accepted, and each temperature begins at the best point. What differs:
-//! * Corana's schedule takes 10^5 evaluations and more; here the temperature falls to [`COOLED`] of the first within the
-//!   budget, in [`SWEEPS_MIN`] steps (which makes each 0.8 of the one before; Corana's is 0.85) if the budget has sweeps
-//!   of [`CYCLES`] cycles for so many, in fewer otherwise.
+//! * Corana's schedule takes 10^5 evaluations and more; here the temperature falls to `COOLED` of the first within the
+//!   budget, in `SWEEPS_MIN` steps (which makes each 0.8 of the one before; Corana's is 0.85) if the budget has sweeps
+//!   of `CYCLES` cycles for so many, in fewer otherwise.
 //! * The first temperature, which Corana leaves to the user, is the mean change of the error in a first sweep where every
 //!   step is accepted (after White 1984).
 //! * A component that a step would take out of the box is drawn evenly over it (Goffe, Ferrier & Rogers 1994).

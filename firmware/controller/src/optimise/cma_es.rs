@@ -2,7 +2,7 @@
 //!
 //! Hansen (2016), "The CMA evolution strategy: a tutorial", arXiv:1604.00772, figure 6 with the default parameters of
 //! its table 1 and positive weights; small population `4 + floor(3 ln n)`. When a cloud has shrunk to nothing the next
-//! one is drawn twice as large about another start (Auger & Hansen 2005, IPOP), up to [`CLOUDS_MAX`] clouds.
+//! one is drawn twice as large about another start (Auger & Hansen 2005, IPOP), up to `CLOUDS_MAX` clouds.
 //!
 //! Bounds: a sample beyond the box is mirrored at its face, and the mirrored point is the one that is evaluated and
 //! learnt from; so the cloud can lie against a face. Errors that are no numbers rank last.

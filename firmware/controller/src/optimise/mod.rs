@@ -6,7 +6,7 @@
 //! [`method`] lists them all; a caller that knows which one it wants names its type and pays for that one's memory
 //! alone. Two layers: a [`search::Strategy`] decides where to look in the unit box (each free component from -1 to 1 of
 //! its half width, so that metres and radians are alike), and [`search::Search`] keeps its accounts: bounds, budget,
-//! goal, the best pose. Descent is built of a direction and a line search ([`descent`], [`line`]).
+//! goal, the best pose. Descent is built of a direction and a line search ([`descent`], [`mod@line`]).
 //!
 //! Where an error has no slope, differences give it ([`differences`], [`stencil`]); each is an evaluation like any other.
 
