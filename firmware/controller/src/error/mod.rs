@@ -1,5 +1,6 @@
 //! Error functions: how badly a hypothesised pose explains what was felt.
 
+pub mod contact;
 pub mod geometric;
 
 pub use geometric::{Geometric, GeometricConfig};
