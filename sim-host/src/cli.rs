@@ -1,9 +1,12 @@
 //! The command line: a contract with tools outside this repository (see `docs/cli.md`).
 
+mod experiments;
+
 use crate::controller_process::ControllerProcess;
+use crate::experiment::capture::Task;
 use crate::experiment::trials::{self, TrialsOptions};
 use crate::hooks::Hooks;
-use crate::mission::{self, MissionOptions, MissionReport, Progressed};
+use crate::mission::{self, MissionOptions, MissionReport, Progressed, Reality};
 use crate::report::{progress::Progress, summary::Summary, terminal};
 use crate::scenario::Scenario;
 use crate::serve::serve;
@@ -34,6 +37,9 @@ Examples:
   tactus run --bus socketcan:vcan0           the controller as a process of its own, on a CAN interface
   tactus serve --bus socketcan:vcan0         the world alone, for tactus-controller or a board on that bus
   tactus trials --count 200 --offset 0.05,0.05,0.35 --csv trials.csv
+  tactus surface --error modified --csv results/surface_modified.csv
+  tactus converge --csv results/converge.csv
+  tactus compare --csv results/compare.csv
 
 Exit status: 0 done, 2 bad usage or input, 3 the task failed, 4 fault.";
 
@@ -55,6 +61,12 @@ enum Command {
     /// Many missions over seeds, with statistics: true poses uniform over x in [0.0, 0.3] m, y in [-0.2, 0.0] m,
     /// phi in [-pi/4, pi/4] rad; guess = truth + uniform in +-offset; run i uses seed N + i.
     Trials(TrialsArgs),
+    /// An error over a grid of poses; the grid of the published experiments by default.
+    Surface(experiments::SurfaceArgs),
+    /// Regions of convergence: the search from every pose of a grid; 483 starts of the published experiments by default.
+    Converge(experiments::ConvergeArgs),
+    /// All optimisers and errors on the same problems: the same evidence, bounds, start and budgets.
+    Compare(experiments::CompareArgs),
     /// Time the parts that the README quotes: world, mental rollout, pose update (medians).
     #[command(hide = true)]
     Bench,
@@ -93,6 +105,9 @@ struct MethodArgs {
     /// What foretells the readings for the errors that compare contacts.
     #[arg(long, value_enum, default_value_t = Predictor::Kinematic)]
     predictor: Predictor,
+    /// How reality differs from the model: `mismatched` by seed and with noise, or `nominal`.
+    #[arg(long, value_enum, default_value_t = Reality::Mismatched)]
+    reality: Reality,
     /// Most touches before giving up.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u8).range(1..=8))]
     max_trials: u8,
@@ -214,6 +229,9 @@ struct TrialsArgs {
     /// Write one line per mission.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// How far each mission is carried out.
+    #[arg(long, value_enum, default_value_t = Task::Transport)]
+    task: Task,
     /// Missions at a time [default: one per processor]; the results do not depend on it.
     #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -250,6 +268,9 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Run(args) => run(&args),
         Command::Serve(args) => serve_worlds(&args),
         Command::Trials(args) => trials(&args),
+        Command::Surface(args) => experiments::surface(&args),
+        Command::Converge(args) => experiments::converge(&args),
+        Command::Compare(args) => experiments::compare(&args),
         Command::Bench => crate::experiment::bench::run().map(|()| 0),
     };
     match done {
@@ -317,7 +338,15 @@ fn mission_options(args: &MissionArgs) -> anyhow::Result<MissionOptions> {
     };
     scenario.check_on_table("--true", &truth)?;
     scenario.check_on_table("--guess", &guess)?;
-    Ok(MissionOptions { scenario, seed: common.seed, truth, guess, interval, trials_max: method.max_trials })
+    Ok(MissionOptions {
+        scenario,
+        seed: common.seed,
+        truth,
+        guess,
+        interval,
+        trials_max: method.max_trials,
+        reality: method.reality,
+    })
 }
 
 /// Nothing is printed but errors: that was asked for, or standard output is for the summary.
@@ -413,15 +442,14 @@ fn trials(args: &TrialsArgs) -> anyhow::Result<u8> {
         count: args.count,
         offset,
         trials_max: args.method.max_trials,
+        reality: args.method.reality,
+        task: args.task,
         jobs: args.jobs.map_or(0, usize::from),
         quiet: is_quiet(&args.common),
     };
-    let statistics = trials::run(&options, args.csv.as_deref())?;
+    let (statistics, record) = trials::run(&options, args.csv.as_deref())?;
     if !options.quiet {
         println!("{statistics}");
     }
-    if let Some(path) = &args.common.summary {
-        statistics.write(path)?;
-    }
-    Ok(0)
+    experiments::write(args.csv.as_deref(), args.common.summary.as_deref(), &record)
 }

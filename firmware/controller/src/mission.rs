@@ -21,7 +21,8 @@ mod withdraw;
 
 pub use tools::Tools;
 
-use crate::belief::{Belief, Readiness, Tolerance};
+use crate::belief::{Belief, Prior, Readiness, Tolerance};
+use crate::evidence::EvidenceStore;
 use crate::touch::Chooser;
 use crate::update::{Progress, Update, UpdateConfig};
 use crate::work::Work;
@@ -168,6 +169,16 @@ impl Mission {
     /// What is believed of the object's place; `None` before a mission.
     pub fn belief(&self) -> Option<&Belief> {
         self.begun.then_some(&self.knowledge.belief)
+    }
+
+    /// What was touched and what is known to be free.
+    pub fn evidence(&self) -> &EvidenceStore {
+        &self.knowledge.store
+    }
+
+    /// What was known before the first touch.
+    pub fn prior(&self) -> &Prior {
+        &self.knowledge.prior
     }
 
     /// A status message.
