@@ -167,7 +167,8 @@ impl MissionReport {
 
     /// Wall time of all updates, seconds.
     pub fn update_time_s(&self) -> f64 {
-        self.update_times_s.iter().sum()
+        // A sum of no values would be -0.
+        self.update_times_s.iter().fold(0.0, |sum, time| sum + time)
     }
 
     /// Does the object stand at its goal, and did the controller put it there?
