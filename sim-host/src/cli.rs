@@ -1,6 +1,7 @@
 //! The command line: a contract with tools outside this repository (see `docs/cli.md`).
 
 mod experiments;
+mod reproduce;
 
 use crate::controller_process::ControllerProcess;
 use crate::experiment::capture::Task;
@@ -67,6 +68,8 @@ enum Command {
     Converge(experiments::ConvergeArgs),
     /// All optimisers and errors on the same problems: the same evidence, bounds, start and budgets.
     Compare(experiments::CompareArgs),
+    /// All experiments of docs/results.md into a folder; what is there already is not made again.
+    Reproduce(reproduce::ReproduceArgs),
     /// Time the parts that the README quotes: world, mental rollout, pose update (medians).
     #[command(hide = true)]
     Bench,
@@ -253,7 +256,10 @@ fn triple(text: &str) -> Result<[f32; 3], String> {
 
 /// Runs the command line; returns the exit status.
 pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let cli = match Cli::try_parse_from(with_default_command(args)) {
+    let args = with_default_command(args);
+    let words = args.iter().skip(1).map(|word| word.to_string_lossy());
+    let line = std::iter::once("tactus".into()).chain(words).collect::<Vec<_>>().join(" ");
+    let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(error) if !error.use_stderr() => {
             print!("{}", error.render());
@@ -264,21 +270,26 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::from(EXIT_USAGE);
         }
     };
-    let done = match cli.command {
-        Command::Run(args) => run(&args),
-        Command::Serve(args) => serve_worlds(&args),
-        Command::Trials(args) => trials(&args),
-        Command::Surface(args) => experiments::surface(&args),
-        Command::Converge(args) => experiments::converge(&args),
-        Command::Compare(args) => experiments::compare(&args),
-        Command::Bench => crate::experiment::bench::run().map(|()| 0),
-    };
-    match done {
+    match carry_out(cli.command, &line) {
         Ok(status) => ExitCode::from(status),
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::from(EXIT_USAGE)
         }
+    }
+}
+
+/// Carries out a command, given as `line`; the exit status.
+fn carry_out(command: Command, line: &str) -> anyhow::Result<u8> {
+    match command {
+        Command::Run(args) => run(&args),
+        Command::Serve(args) => serve_worlds(&args),
+        Command::Trials(args) => trials(&args, line),
+        Command::Surface(args) => experiments::surface(&args, line),
+        Command::Converge(args) => experiments::converge(&args, line),
+        Command::Compare(args) => experiments::compare(&args, line),
+        Command::Reproduce(args) => reproduce::run(&args),
+        Command::Bench => crate::experiment::bench::run().map(|()| 0),
     }
 }
 
@@ -433,7 +444,7 @@ fn serve_worlds(args: &ServeArgs) -> anyhow::Result<u8> {
     report(&args.mission.common, &options, &result)
 }
 
-fn trials(args: &TrialsArgs) -> anyhow::Result<u8> {
+fn trials(args: &TrialsArgs, line: &str) -> anyhow::Result<u8> {
     supported(&args.method)?;
     let offset = with_dof(args.offset, args.method.dof)?;
     let options = TrialsOptions {
@@ -451,5 +462,5 @@ fn trials(args: &TrialsArgs) -> anyhow::Result<u8> {
     if !options.quiet {
         println!("{statistics}");
     }
-    experiments::write(args.csv.as_deref(), args.common.summary.as_deref(), &record)
+    experiments::write(args.csv.as_deref(), args.common.summary.as_deref(), &record.with_command(line))
 }

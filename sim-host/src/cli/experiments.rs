@@ -168,11 +168,11 @@ fn options(
 }
 
 /// Prints and writes what came of an experiment.
-fn report(args: &ExperimentArgs, statistics: &impl Display, record: &Record) -> anyhow::Result<u8> {
+fn report(args: &ExperimentArgs, statistics: &impl Display, record: Record, line: &str) -> anyhow::Result<u8> {
     if !is_quiet(&args.common) {
         println!("{statistics}");
     }
-    write(args.csv.as_deref(), args.common.summary.as_deref(), record)
+    write(args.csv.as_deref(), args.common.summary.as_deref(), &record.with_command(line))
 }
 
 /// Writes the record beside the numbers, and where else it is asked for.
@@ -186,13 +186,13 @@ pub(super) fn write(csv: Option<&Path>, summary: Option<&Path>, record: &Record)
     Ok(0)
 }
 
-pub(super) fn surface(args: &SurfaceArgs) -> anyhow::Result<u8> {
+pub(super) fn surface(args: &SurfaceArgs, line: &str) -> anyhow::Result<u8> {
     let options = options(&args.experiment, &args.grid, Optimiser::LevenbergMarquardt, SearchOptions::default())?;
     let (statistics, record) = surface::run(&options, args.experiment.csv.as_deref())?;
-    report(&args.experiment, &statistics, &record)
+    report(&args.experiment, &statistics, record, line)
 }
 
-pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<u8> {
+pub(super) fn converge(args: &ConvergeArgs, line: &str) -> anyhow::Result<u8> {
     let published = args.grid.error.published().is_some();
     let by_default = if published { Optimiser::SteepestDescentGolden } else { Optimiser::LevenbergMarquardt };
     let search = SearchOptions {
@@ -204,10 +204,10 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<u8> {
     };
     let options = options(&args.experiment, &args.grid, args.optimizer.unwrap_or(by_default), search)?;
     let (statistics, record) = converge::run(&options, args.experiment.csv.as_deref())?;
-    report(&args.experiment, &statistics, &record)
+    report(&args.experiment, &statistics, record, line)
 }
 
-pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<u8> {
+pub(super) fn compare(args: &CompareArgs, line: &str) -> anyhow::Result<u8> {
     let options = CompareOptions {
         scenario: scenario(&args.experiment.common)?,
         seed: args.experiment.common.seed,
@@ -222,5 +222,5 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<u8> {
         quiet: is_quiet(&args.experiment.common),
     };
     let (statistics, record) = compare::run(&options, args.experiment.csv.as_deref())?;
-    report(&args.experiment, &statistics, &record)
+    report(&args.experiment, &statistics, record, line)
 }

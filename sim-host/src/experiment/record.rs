@@ -21,19 +21,25 @@ pub struct Record {
 }
 
 impl Record {
-    /// The record of an experiment of this kind, made by the present command.
+    /// The record of an experiment of this kind.
     pub fn new(experiment: &'static str, title: String, settings: Value, wall_time_s: f64) -> Self {
-        let command = command(std::env::args());
         Self {
             experiment,
             title,
-            command,
+            command: String::new(),
             settings,
             more: Map::new(),
             statistics: Value::Null,
             machine: machine(),
             wall_time_s,
         }
+    }
+
+    /// With the command line that makes the experiment again.
+    #[must_use]
+    pub fn with_command(mut self, line: &str) -> Self {
+        line.clone_into(&mut self.command);
+        self
     }
 
     /// With one entry more.
@@ -75,12 +81,6 @@ impl Record {
     pub fn write(&self, path: &Path) -> anyhow::Result<()> {
         write_json(self, path)
     }
-}
-
-/// The command line that makes this experiment again.
-fn command(mut args: impl Iterator<Item = String>) -> String {
-    args.next();
-    std::iter::once("tactus".to_owned()).chain(args).collect::<Vec<_>>().join(" ")
 }
 
 /// What it runs on.
