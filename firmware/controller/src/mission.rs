@@ -38,8 +38,8 @@ use tactus_common::message::{
 use tactus_common::pose::PlanarPose;
 use trial::{Trial, TrialEnd};
 
-/// Half width of the belief (99 %) that is good enough for a grasp when no touch is left, metres.
-const LAST_RESORT: Tolerance = Tolerance { position_m: 0.015, yaw_rad: 0.12 };
+/// The belief that is good enough for a grasp when no touch is left.
+const LAST_RESORT: Tolerance = Tolerance { position_m: 0.015, yaw_rad: 0.12, reduced_chi_squared: f32::INFINITY };
 /// Times that the object may be lost and searched for anew.
 const LOSSES_MAX: u8 = 1;
 /// Grasps that may fail before the mission gives up.

@@ -272,10 +272,7 @@ fn by_default(start: &PlanarPose, captured: &Captured) -> Outcome {
         belief = after;
     }
     let last = &captured.updates[captured.updates.len() - 1];
-    let unknown = last.prior.interval.to_array().iter().filter(|w| **w > 0.0).count();
-    let residuals = belief.residuals();
-    let degrees = (f32::from(residuals.contacts) - unknown as f32).max(1.0);
-    let chi_squared = residuals.chi_squared / degrees;
+    let (residuals, chi_squared) = (belief.residuals(), belief.reduced_chi_squared());
     let stop_reason = if last.confident { "confident".to_owned() } else { captured.report.outcome_text() };
     let converged = residuals.contacts > 0 && chi_squared <= CHI_SQUARED_MAX;
     let row = Row {
