@@ -228,7 +228,7 @@ fn solve(options: &CompareOptions, problem: u32, dof: u8) -> anyhow::Result<Vec<
     // A mission that touched nothing has no evidence to compare methods on.
     let Some(last) = captured.last() else { return Ok(Vec::new()) };
     let observed = Observed::new(&last.evidence, &last.prior);
-    let is_observable = observed.ambiguity(&last.after.pose()).is_observable();
+    let is_observable = observed.judge(&last.after.pose(), &last.truth).1.is_observable();
     let observability = if is_observable { OBSERVABLE } else { "not observable" };
     let rows = methods(options).into_iter().map(|(error, optimizer, budget)| {
         let options =

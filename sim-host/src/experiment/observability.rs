@@ -12,8 +12,10 @@ use tactus_controller::error::{ErrorFunction, Geometric, GeometricConfig};
 use tactus_controller::evidence::EvidenceStore;
 use tactus_controller::optimise::{Ask, Bounds, LevenbergMarquardt, LevenbergMarquardtConfig, Optimiser, start};
 
-/// Error above the least one, in chi-squared units, that noise explains: 95 % for three components.
-pub const NOISE_MARGIN: f32 = 7.81;
+/// Error above the least one, in chi-squared units, that noise explains with 95 %: for a pose of three components, and
+/// for one component with the others chosen to suit it (a profile).
+const POSE_MARGIN: f32 = 7.81;
+const PROFILE_MARGIN: f32 = 3.84;
 /// A pose nearer to the truth than this is located: 2 mm and 1 degree.
 pub const LOCATED_M: f32 = 2e-3;
 /// See [`LOCATED_M`].
@@ -23,8 +25,8 @@ pub const LOCATED_RAD: f32 = core::f32::consts::PI / 180.0;
 const OBSERVABLE_M: f32 = 3e-3;
 const OBSERVABLE_RAD: f32 = 1.5 * core::f32::consts::PI / 180.0;
 /// Steps of the profiles.
-const STEP_M: f32 = 1e-3;
-const STEP_RAD: f32 = 0.01;
+const STEP_M: f32 = 5e-4;
+const STEP_RAD: f32 = 5e-3;
 /// Starts of the search at each step, besides the end of the step before.
 const STARTS: u16 = 2;
 
@@ -37,7 +39,7 @@ pub enum Class {
     /// Not so, but the true pose explains the evidence within noise as well: the evidence does not tell.
     #[serde(rename = "not observable")]
     NotObservable,
-    /// Not so, and the evidence speaks against the true pose, or the search missed the least error.
+    /// Not so, and the evidence speaks against the true pose; or it tells the pose, and the search has missed it.
     #[serde(rename = "wrong")]
     Wrong,
 }
@@ -72,27 +74,30 @@ impl<'a> Observed<'a> {
         Self { error: Geometric::new(evidence, &prior.shape, &GeometricConfig::default()), prior }
     }
 
-    /// What became of the belief that the object stands at `believed`, if it truly stands at `truth`.
-    pub fn class(&self, believed: &PlanarPose, truth: &PlanarPose) -> Class {
+    /// What became of the belief that the object stands at `believed`, if it truly stands at `truth`; and the ambiguity.
+    pub fn judge(&self, believed: &PlanarPose, truth: &PlanarPose) -> (Class, Ambiguity) {
+        let best = self.minimise(&self.prior.bounds(), *believed);
+        let ambiguity = self.ambiguity(&best);
         let off_m = libm::hypotf(believed.x_m - truth.x_m, believed.y_m - truth.y_m);
         let off_rad = wrap(believed.phi_rad - truth.phi_rad, self.prior.shape.yaw_symmetry_rad()).abs();
-        if off_m <= LOCATED_M && off_rad <= LOCATED_RAD {
-            return Class::Located;
-        }
-        let excess = self.error.evaluate(truth).error - self.error.evaluate(believed).error;
-        // A belief much worse than the truth is the search's fault, whatever the evidence says.
-        if (-NOISE_MARGIN..=NOISE_MARGIN).contains(&excess) { Class::NotObservable } else { Class::Wrong }
+        let is_explained = |pose: &PlanarPose| self.error.evaluate(pose).error <= best.1 + POSE_MARGIN;
+        let class = if off_m <= LOCATED_M && off_rad <= LOCATED_RAD {
+            Class::Located
+        } else if !is_explained(truth) || (ambiguity.is_observable() && !is_explained(believed)) {
+            Class::Wrong
+        } else {
+            Class::NotObservable
+        };
+        (class, ambiguity)
     }
 
-    /// The ambiguity about the pose of least error, looked for from `believed` and all over the interval.
-    pub fn ambiguity(&self, believed: &PlanarPose) -> Ambiguity {
-        let bounds = self.prior.bounds();
+    /// How far the poses that explain the evidence within noise reach from the best one, which is given with its error.
+    fn ambiguity(&self, best: &(PlanarPose, f32)) -> Ambiguity {
         let half = self.prior.interval.to_array();
-        let best = self.minimise(&bounds, *believed);
         let mut reach = [0.0_f32; 3];
         for axis in 0..3 {
             if half[axis] > 0.0 {
-                reach[axis] = self.profile(axis, &best.0, best.1 + NOISE_MARGIN);
+                reach[axis] = self.profile(axis, &best.0, best.1 + PROFILE_MARGIN);
             }
         }
         Ambiguity { x_m: reach[0], y_m: reach[1], phi_rad: reach[2] }

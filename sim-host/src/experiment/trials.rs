@@ -82,9 +82,7 @@ impl Row {
         let last = captured.last();
         let is_located = task == Task::Locate && last.is_some_and(|update| update.confident);
         let (class, ambiguity) = last.map_or((Class::NotObservable, Ambiguity::default()), |update| {
-            let observed = Observed::new(&update.evidence, &update.prior);
-            let believed = update.after.pose();
-            (observed.class(&believed, &update.truth), observed.ambiguity(&believed))
+            Observed::new(&update.evidence, &update.prior).judge(&update.after.pose(), &update.truth)
         });
         let [true_x_m, true_y_m, true_phi_rad] = options.truth.to_array();
         let [guess_x_m, guess_y_m, guess_phi_rad] = options.guess.to_array();
@@ -138,9 +136,8 @@ impl Mission {
     fn of(options: &MissionOptions, task: Task, captured: &Captured) -> Self {
         let by_touch = captured.updates.iter().map(|update| {
             let observed = Observed::new(&update.evidence, &update.prior);
-            let believed = update.after.pose();
-            let tells = observed.ambiguity(&believed).is_observable();
-            (update.touches, observed.class(&believed, &update.truth), tells)
+            let (class, ambiguity) = observed.judge(&update.after.pose(), &update.truth);
+            (update.touches, class, ambiguity.is_observable())
         });
         Self { row: Row::of(options, task, captured), by_touch: by_touch.collect() }
     }
@@ -196,6 +193,8 @@ pub struct Statistics {
     wall_time_mean_s: f64,
     /// Missions by outcome.
     outcomes: BTreeMap<String, usize>,
+    /// Beliefs within 1 mm of the truth, whatever their yaw.
+    within_1mm: usize,
     /// Missions by what became of their belief.
     located: usize,
     not_observable: usize,
@@ -223,8 +222,8 @@ impl fmt::Display for Statistics {
         )?;
         write!(
             f,
-            "\n  {} within 2 mm and 1 deg, {} not observable, {} wrong; ambiguous after each touch:",
-            self.located, self.not_observable, self.wrong
+            "\n  {} within 1 mm, {} within 2 mm and 1 deg, {} not observable, {} wrong; ambiguous after each touch:",
+            self.within_1mm, self.located, self.not_observable, self.wrong
         )?;
         for after in &self.by_touch {
             write!(f, " {}", after.ambiguous)?;
@@ -261,6 +260,7 @@ impl Statistics {
             sim_time_mean_s: rows.iter().map(|r| r.sim_time_s).sum::<f64>() / n,
             wall_time_mean_s: rows.iter().map(|r| r.wall_time_s).sum::<f64>() / n,
             outcomes,
+            within_1mm: rows.iter().filter(|row| row.position_error_m <= 1e-3).count(),
             located: of_class(Class::Located),
             not_observable: of_class(Class::NotObservable),
             wrong: of_class(Class::Wrong),
