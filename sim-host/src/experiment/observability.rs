@@ -112,8 +112,11 @@ impl<'a> Observed<'a> {
         let mut reach = 0.0_f32;
         for sign in [-1.0_f32, 1.0] {
             let mut last = *best;
-            for count in 1..10_000 {
-                let value = from + sign * step * count as f32;
+            let mut off = 0.0_f32;
+            loop {
+                // Finely near the best pose, where the set has its edge; coarsely where other parts of it may lie.
+                off += step.max(0.1 * off);
+                let value = from + sign * off;
                 if (value - centre[axis]).abs() > half[axis] {
                     break;
                 }
