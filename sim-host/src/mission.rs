@@ -2,6 +2,7 @@
 
 use crate::hooks::Hooks;
 use crate::host::{Host, HostEnd, Lost};
+use crate::method::{MethodOptions, Sensors};
 use crate::scenario::Scenario;
 use crate::wire::{InProcess, Wire, WireStats};
 use crate::world::{Mismatch, World};
@@ -45,6 +46,8 @@ pub struct MissionOptions {
     pub interval: Interval,
     /// Most touches.
     pub trials_max: u8,
+    /// How the pose is to be found, and with which sensors.
+    pub method: MethodOptions,
 }
 
 /// What a run shows of itself while it goes on.
@@ -296,8 +299,12 @@ pub fn run_on(
         displacement_m: options.scenario.displacement_m,
         mass_kg: options.scenario.object.mass_kg,
         trials_max: options.trials_max,
+        method: options.method.method,
     };
     let mut host = Host::new(world, setup, pace)?;
+    if options.method.sensors == Sensors::Ideal {
+        host = host.with_ideal_sensors();
+    }
     let end = host.run(wire, show)?;
     Ok(judge(options, &end, host.world(), setup.shape.yaw_symmetry_rad(), started))
 }

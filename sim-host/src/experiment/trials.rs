@@ -1,5 +1,6 @@
 //! Monte Carlo over seeds: true pose and offset of the guess drawn uniformly, one mission each.
 
+use crate::method::MethodOptions;
 use crate::mission::{self, MissionOptions, MissionReport};
 use crate::report::summary::write_json;
 use crate::scenario::Scenario;
@@ -30,6 +31,8 @@ pub struct TrialsOptions {
     pub offset: Interval,
     /// Most touches a mission.
     pub trials_max: u8,
+    /// How the pose is to be found, and with which sensors.
+    pub method: MethodOptions,
     /// Missions at a time; 0 = one per processor.
     pub jobs: usize,
     /// No progress bar.
@@ -195,6 +198,7 @@ fn mission_options(options: &TrialsOptions, i: u32) -> MissionOptions {
         guess: mission::guess_around(&truth, &options.offset, seed),
         interval: options.offset,
         trials_max: options.trials_max,
+        method: options.method,
     }
 }
 
