@@ -1,8 +1,8 @@
 //! Felt touches: what the links of the hand told while it closed, as the published errors compare it (Nikandrova 2011).
 //!
 //! The contact matrix is taken over the progress of the closing: row i is what touches when the closing has lasted
-//! `(i + 1) / 16` of the time that a finger takes from its opened angle to [`CLOSED_RAD`] if it meets nothing. A
-//! prediction is brought into the same form, whatever it comes from: a finger touches from the row whose progress
+//! `(i + 1) / 16` of the time that a finger takes from its opened angle to [`CLOSED_RAD`] if it meets nothing; what has
+//! touched once counts as touching until the hand opens. A prediction is brought into the same form, whatever it comes from: a finger touches from the row whose progress
 //! reaches its onset angle on, since it stops there.
 
 use crate::error::contact::{Closing, ContactMatrix};
@@ -179,7 +179,7 @@ struct Recording {
     ticks: u32,
     /// Ticks of the whole closing.
     ticks_max: u32,
-    /// What the sensors told last; `None` as long as they have told nothing.
+    /// What the sensors have told so far; `None` as long as they have told nothing.
     links: Option<u16>,
 }
 
@@ -211,7 +211,12 @@ impl FeltTouches {
     /// One tick of the closing.
     pub(crate) fn feel(&mut self, links: Option<u16>) {
         let Some(recording) = &mut self.recording else { return };
-        recording.links = links.or(recording.links);
+        // A finger that touches stands still from then on, so its contact stays, even if the force sinks below what the
+        // sensor notices: it was light, and worm gear and box give.
+        recording.links = match (recording.links, links) {
+            (Some(before), Some(now)) => Some(before | now),
+            (before, now) => now.or(before),
+        };
         recording.ticks += 1;
         let contacts = &mut recording.touch.felt.contacts;
         let next = contacts.rows().len() as u32 + 1;
