@@ -5,7 +5,7 @@ use crate::plan::{ObjectEstimate, PlanQuery, PlanRefusal, Planner, PlannerConfig
 use crate::world::HandStart;
 use tactus_common::limits::{ARM_JOINTS, FINGERS};
 use tactus_common::message::{
-    PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, ROLLOUT_TICKS, RefusalReason, RolloutRequest, RolloutResult,
+    PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, ROLLOUT_TICKS_MAX, RefusalReason, RolloutRequest, RolloutResult,
 };
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::hand::HandAngles;
@@ -74,13 +74,14 @@ impl Advisor {
     /// Asks the mental world. A pose that it cannot roll out (off the table, say) is answered as one at which nothing
     /// would be felt.
     fn rollout(&self, request: &RolloutRequest, effective: u32) -> RolloutResult {
+        let ticks = request.ticks.min(ROLLOUT_TICKS_MAX);
         let input = RolloutInput {
             world_from_hand: arm::hand_pose(&request.arm_q_rad),
             start: HandStart { inner_rad: request.preshape.inner_rad, spread_rad: request.preshape.spread_rad },
             closing: Closing::Together,
             speed_rad_s: request.closing_rad_s,
             stop_at_rad: FINGER_LIMIT.upper_rad,
-            ticks: ROLLOUT_TICKS,
+            ticks: u32::from(ticks),
             object: request.pose,
             half_extents_m: self.shape.half_extents_m(),
         };
@@ -94,7 +95,7 @@ impl Advisor {
             result.onset_inner_rad = foretold.onset_rad;
             for (i, bits) in result.contacts.iter_mut().enumerate() {
                 // A rollout that ends early stays as it ended.
-                let at = (i + 1) * ROLLOUT_TICKS as usize / ROLLOUT_INSTANTS - 1;
+                let at = ((i + 1) * usize::from(ticks) / ROLLOUT_INSTANTS).saturating_sub(1);
                 *bits = foretold.samples.get(at).or(foretold.samples.last()).map_or(0, |s| s.contacts);
             }
         }

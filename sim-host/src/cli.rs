@@ -7,13 +7,14 @@ use crate::controller_process::ControllerProcess;
 use crate::experiment::capture::Task;
 use crate::experiment::trials::{self, TrialsOptions};
 use crate::hooks::Hooks;
+use crate::method::MethodArgs;
 use crate::mission::{self, MissionOptions, MissionReport, Progressed, Reality};
 use crate::report::{progress::Progress, summary::Summary, terminal};
 use crate::scenario::Scenario;
 use crate::serve::serve;
 use crate::wire::{InProcess, Live, Wire};
 use anyhow::Context;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -22,7 +23,7 @@ use tactus_common::can::Mtu;
 use tactus_common::link::CONTROLLER;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_hil::bus_name::BusName;
-use tactus_hil::choice::{CanFormat, Pace, name};
+use tactus_hil::choice::{CanFormat, Pace};
 use tactus_hil::usage::one_line;
 
 /// Exit status: usage or input error.
@@ -35,6 +36,7 @@ Examples:
   tactus                                     the main job with its defaults (seed 1)
   tactus run --seed 7 --summary -            another world, the result as JSON on standard output
   tactus run --true 0.1,-0.15,0.4 --guess 0.12,-0.12,0.2
+  tactus run --sensors ideal --error modified --optimizer steepest-descent-golden    the published method
   tactus run --bus socketcan:vcan0           the controller as a process of its own, on a CAN interface
   tactus serve --bus socketcan:vcan0         the world alone, for tactus-controller or a board on that bus
   tactus trials --count 200 --offset 0.05,0.05,0.35 --csv trials.csv
@@ -89,51 +91,6 @@ struct CommonArgs {
     /// Print nothing but errors.
     #[arg(long)]
     quiet: bool,
-}
-
-#[derive(Args, Debug, Clone)]
-struct MethodArgs {
-    /// How many components of the pose are uncertain: 1 = x, 2 = x and y, 3 = x, y and phi.
-    #[arg(long, value_name = "1|2|3", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=3))]
-    dof: u8,
-    /// Contact sensors: `real` = the hand's own; `ideal` = one noiseless bit per link.
-    #[arg(long, value_enum, default_value_t = Sensors::Real)]
-    sensors: Sensors,
-    /// Error function that the update minimises.
-    #[arg(long, value_enum, default_value_t = ErrorKind::Geometric)]
-    error: ErrorKind,
-    /// Optimiser that minimises it.
-    #[arg(long, value_name = "NAME", default_value = "levenberg-marquardt")]
-    optimizer: String,
-    /// What foretells the readings for the errors that compare contacts.
-    #[arg(long, value_enum, default_value_t = Predictor::Kinematic)]
-    predictor: Predictor,
-    /// How reality differs from the model: `mismatched` by seed and with noise, or `nominal`.
-    #[arg(long, value_enum, default_value_t = Reality::Mismatched)]
-    reality: Reality,
-    /// Most touches before giving up.
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u8).range(1..=8))]
-    max_trials: u8,
-}
-
-#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
-enum Sensors {
-    Real,
-    Ideal,
-}
-
-#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
-enum ErrorKind {
-    Contact,
-    Weighted,
-    Modified,
-    Geometric,
-}
-
-#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
-enum Predictor {
-    Kinematic,
-    Simulation,
 }
 
 /// How world and controller are connected.
@@ -303,26 +260,6 @@ fn with_default_command(args: impl IntoIterator<Item = OsString>) -> Vec<OsStrin
     args
 }
 
-/// Refuses by name what does not exist yet.
-fn supported(method: &MethodArgs) -> anyhow::Result<()> {
-    anyhow::ensure!(method.sensors == Sensors::Real, "--sensors ideal does not exist yet; expected: real");
-    anyhow::ensure!(
-        method.error == ErrorKind::Geometric,
-        "--error {} does not exist yet; expected: geometric",
-        name(&method.error)
-    );
-    anyhow::ensure!(
-        method.predictor == Predictor::Kinematic,
-        "--predictor simulation does not exist yet; expected: kinematic"
-    );
-    anyhow::ensure!(
-        method.optimizer == "levenberg-marquardt",
-        "--optimizer {}: no optimiser of that name; expected: levenberg-marquardt",
-        method.optimizer
-    );
-    Ok(())
-}
-
 fn scenario(common: &CommonArgs) -> anyhow::Result<Scenario> {
     common.scenario.as_deref().map_or_else(|| Ok(Scenario::thesis_box()), Scenario::load)
 }
@@ -339,7 +276,7 @@ fn with_dof(interval: [f32; 3], dof: u8) -> anyhow::Result<Interval> {
 
 fn mission_options(args: &MissionArgs) -> anyhow::Result<MissionOptions> {
     let MissionArgs { common, method, task, .. } = args;
-    supported(method)?;
+    let chosen = method.options()?;
     let scenario = scenario(common)?;
     let interval = with_dof(task.interval, method.dof)?;
     let truth = task.truth.map_or(scenario.true_pose(), PlanarPose::from_array);
@@ -357,6 +294,7 @@ fn mission_options(args: &MissionArgs) -> anyhow::Result<MissionOptions> {
         interval,
         trials_max: method.max_trials,
         reality: method.reality,
+        method: chosen,
     })
 }
 
@@ -445,7 +383,7 @@ fn serve_worlds(args: &ServeArgs) -> anyhow::Result<u8> {
 }
 
 fn trials(args: &TrialsArgs, line: &str) -> anyhow::Result<u8> {
-    supported(&args.method)?;
+    let method = args.method.options()?;
     let offset = with_dof(args.offset, args.method.dof)?;
     let options = TrialsOptions {
         scenario: scenario(&args.common)?,
@@ -455,6 +393,7 @@ fn trials(args: &TrialsArgs, line: &str) -> anyhow::Result<u8> {
         trials_max: args.method.max_trials,
         reality: args.method.reality,
         task: args.task,
+        method,
         jobs: args.jobs.map_or(0, usize::from),
         quiet: is_quiet(&args.common),
     };

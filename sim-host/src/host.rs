@@ -9,7 +9,7 @@ use crate::world::World;
 use std::time::{Duration, Instant};
 use tactus_common::limits::{SILENCE_TICKS_MAX, TICK_US};
 use tactus_common::message::{
-    DigestReport, Event, EventKind, Message, Outcome, Phase, SensorFrame, Setup, TactileSlice,
+    DigestReport, Event, EventKind, LinkContact, Message, Outcome, Phase, SensorFrame, Setup, TactileSlice,
 };
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::JointCommands;
@@ -110,6 +110,8 @@ pub struct Host {
     desk: Desk,
     setup: Setup,
     setups: u32,
+    /// The world tells which links touch.
+    ideal_sensors: bool,
     pace: Pace,
     post: Post,
     drives: Drives,
@@ -134,6 +136,7 @@ impl Host {
             desk: Desk::new(Advisor::new(setup.shape)?),
             setup,
             setups: 1,
+            ideal_sensors: false,
             pace,
             post: Post::default(),
             drives: Drives { last: JointCommands::idle(0), missed: 0, missed_in_all: 0 },
@@ -144,6 +147,12 @@ impl Host {
             left: None,
             end: HostEnd::default(),
         })
+    }
+
+    /// The world has one contact sensor for each link of the hand, which the real hand lacks, and tells what they feel.
+    pub fn with_ideal_sensors(mut self) -> Self {
+        self.ideal_sensors = true;
+        self
     }
 
     /// The world.
@@ -236,6 +245,9 @@ impl Host {
         if let Some(image) = self.world.tactile() {
             // Where the wire sends by priority, it follows the readings of this tick: it takes effect at the next.
             self.send(wire, &TactileSlice::pack(&image, tick + 1))?;
+        }
+        if self.ideal_sensors {
+            self.send(wire, &LinkContact::pack(self.world.link_contacts(), tick, tick + 1))?;
         }
         let frame = SensorFrame::pack(&self.world.readings());
         self.send(wire, &frame)?;

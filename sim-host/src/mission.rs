@@ -2,6 +2,7 @@
 
 use crate::hooks::Hooks;
 use crate::host::{Host, HostEnd, Lost};
+use crate::method::{MethodOptions, Sensors};
 use crate::scenario::Scenario;
 use crate::wire::{InProcess, Wire, WireStats};
 use crate::world::{Mismatch, World};
@@ -66,6 +67,8 @@ pub struct MissionOptions {
     pub trials_max: u8,
     /// How reality differs from the model.
     pub reality: Reality,
+    /// How the pose is to be found, and with which sensors.
+    pub method: MethodOptions,
 }
 
 /// What a run shows of itself while it goes on.
@@ -327,8 +330,10 @@ pub fn prepare(options: &MissionOptions, pace: Pace) -> anyhow::Result<Host> {
         displacement_m: options.scenario.displacement_m,
         mass_kg: options.scenario.object.mass_kg,
         trials_max: options.trials_max,
+        method: options.method.method,
     };
-    Host::new(world, setup, pace)
+    let host = Host::new(world, setup, pace)?;
+    Ok(if options.method.sensors == Sensors::Ideal { host.with_ideal_sensors() } else { host })
 }
 
 /// What a mission came to.

@@ -11,6 +11,7 @@ use tactus_common::link::{self, WORLD, subject};
 use tactus_common::message::{Phase, PlanAnswer, RolloutResult, SensorFrame, Setup, TactileSlice};
 use tactus_common::pose::Interval;
 use tactus_sim_host::hooks::{Hooks, Passing, To};
+use tactus_sim_host::method::MethodOptions;
 use tactus_sim_host::mission::{self, DEFAULT_OFFSET, MissionOptions, MissionReport, Reality, guess_around};
 use tactus_sim_host::scenario::Scenario;
 
@@ -31,6 +32,7 @@ pub fn options(seed: u64) -> MissionOptions {
         interval,
         trials_max: 8,
         reality: Reality::default(),
+        method: MethodOptions::default(),
     }
 }
 

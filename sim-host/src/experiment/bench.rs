@@ -1,6 +1,7 @@
 //! Benchmarks that print medians; no timed tests.
 
 use crate::mental::{Closing, MentalModel, RolloutInput};
+use crate::method::MethodOptions;
 use crate::mission::{self, MissionOptions, Reality};
 use crate::scenario::Scenario;
 use crate::world::{HandStart, Mismatch, Scene, World};
@@ -94,7 +95,7 @@ pub fn bench_update() -> anyhow::Result<()> {
         let interval = Interval { x_m, y_m, phi_rad };
         let guess = mission::guess_around(&truth, &interval, seed);
         let options =
-            MissionOptions { scenario, seed, truth, guess, interval, trials_max: 8, reality: Reality::default() };
+            MissionOptions { scenario, seed, truth, guess, interval, trials_max: 8, reality: Reality::default(), method: MethodOptions::default() };
         let report = mission::run(&options, &mut |_| {})?;
         times_ms.extend(report.update_times_s.iter().map(|t| t * 1e3));
     }

@@ -5,6 +5,7 @@ use super::jobs::{self, Work};
 use super::observability::{Ambiguity, Class, Observed};
 use super::record::{Record, quantile, write_csv};
 use crate::mission::{self, MissionOptions, Reality};
+use crate::method::MethodOptions;
 use crate::scenario::Scenario;
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
@@ -37,6 +38,8 @@ pub struct TrialsOptions {
     pub reality: Reality,
     /// How far each mission is carried out.
     pub task: Task,
+    /// How the pose is to be found, and with which sensors.
+    pub method: MethodOptions,
     /// Missions at a time; 0 = one per processor.
     pub jobs: usize,
     /// No progress bar.
@@ -286,6 +289,7 @@ fn mission_options(options: &TrialsOptions, i: u32) -> MissionOptions {
         interval: options.offset,
         trials_max: options.trials_max,
         reality: options.reality,
+        method: options.method,
     }
 }
 
