@@ -119,10 +119,12 @@ impl Advisor {
         };
         if let Ok(foretold) = self.mental.rollout(&input) {
             result.onset_inner_rad = foretold.onset_rad;
+            let (mut samples, mut touched, mut taken) = (foretold.samples.iter(), 0, 0);
             for (i, bits) in result.contacts.iter_mut().enumerate() {
                 // A rollout that ends early stays as it ended.
-                let at = ((i + 1) * usize::from(ticks) / ROLLOUT_INSTANTS).saturating_sub(1);
-                *bits = foretold.samples.get(at).or(foretold.samples.last()).map_or(0, |s| s.contacts);
+                let until = (i + 1) * usize::from(ticks) / ROLLOUT_INSTANTS;
+                touched |= samples.by_ref().take(until - taken).fold(0, |bits, sample| bits | sample.contacts);
+                (*bits, taken) = (touched, until);
             }
         }
         result
