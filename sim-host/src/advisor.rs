@@ -61,7 +61,7 @@ impl Advisor {
     pub fn answer(&mut self, question: &Question, effective: u32) -> Reply {
         match question {
             Question::Plan(request) => Reply::Plan(Box::new(self.plan(request, effective))),
-            Question::Rollout(request) => Reply::Rollout(self.rollout(request, effective)),
+            Question::Rollout(request) => Reply::Rollout(roll_out(&self.mental, &self.shape, request, effective)),
         }
     }
 
@@ -70,37 +70,39 @@ impl Advisor {
         let result = self.planner.plan(&query(request, &self.shape)).map_err(reason);
         PlanAnswer { effective, request: request.request, result }
     }
+}
 
-    /// Asks the mental world. A pose that it cannot roll out (off the table, say) is answered as one at which nothing
-    /// would be felt.
-    fn rollout(&self, request: &RolloutRequest, effective: u32) -> RolloutResult {
-        let ticks = request.ticks.min(ROLLOUT_TICKS_MAX);
-        let input = RolloutInput {
-            world_from_hand: arm::hand_pose(&request.arm_q_rad),
-            start: HandStart { inner_rad: request.preshape.inner_rad, spread_rad: request.preshape.spread_rad },
-            closing: Closing::Together,
-            speed_rad_s: request.closing_rad_s,
-            stop_at_rad: FINGER_LIMIT.upper_rad,
-            ticks: u32::from(ticks),
-            object: request.pose,
-            half_extents_m: self.shape.half_extents_m(),
-        };
-        let mut result = RolloutResult {
-            effective,
-            request: request.request,
-            onset_inner_rad: [None; FINGERS],
-            contacts: [0; ROLLOUT_INSTANTS],
-        };
-        if let Ok(foretold) = self.mental.rollout(&input) {
-            result.onset_inner_rad = foretold.onset_rad;
-            for (i, bits) in result.contacts.iter_mut().enumerate() {
-                // A rollout that ends early stays as it ended.
-                let at = ((i + 1) * usize::from(ticks) / ROLLOUT_INSTANTS).saturating_sub(1);
-                *bits = foretold.samples.get(at).or(foretold.samples.last()).map_or(0, |s| s.contacts);
-            }
+/// Asks the mental world. A pose that it cannot roll out (off the table, say) is answered as one at which nothing
+/// would be felt.
+pub fn roll_out(mental: &MentalModel, shape: &ObjectShape, request: &RolloutRequest, effective: u32) -> RolloutResult {
+    let ticks = request.ticks.min(ROLLOUT_TICKS_MAX);
+    let input = RolloutInput {
+        world_from_hand: arm::hand_pose(&request.arm_q_rad),
+        start: HandStart { inner_rad: request.preshape.inner_rad, spread_rad: request.preshape.spread_rad },
+        closing: Closing::Together,
+        speed_rad_s: request.closing_rad_s,
+        stop_at_rad: FINGER_LIMIT.upper_rad,
+        ticks: u32::from(ticks),
+        object: request.pose,
+        half_extents_m: shape.half_extents_m(),
+    };
+    let mut result = RolloutResult {
+        effective,
+        request: request.request,
+        onset_inner_rad: [None; FINGERS],
+        contacts: [0; ROLLOUT_INSTANTS],
+    };
+    if let Ok(foretold) = mental.rollout(&input) {
+        result.onset_inner_rad = foretold.onset_rad;
+        let (mut samples, mut touched, mut taken) = (foretold.samples.iter(), 0, 0);
+        for (i, bits) in result.contacts.iter_mut().enumerate() {
+            // A rollout that ends early stays as it ended.
+            let until = (i + 1) * usize::from(ticks) / ROLLOUT_INSTANTS;
+            touched |= samples.by_ref().take(until - taken).fold(0, |bits, sample| bits | sample.contacts);
+            (*bits, taken) = (touched, until);
         }
-        result
     }
+    result
 }
 
 /// What a request asks of the planner.

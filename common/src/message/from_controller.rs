@@ -141,8 +141,8 @@ pub struct RolloutRequest {
     pub ticks: u16,
 }
 
-/// Longest closing that a rollout foretells, ticks: 2 s.
-pub const ROLLOUT_TICKS_MAX: u16 = 1_000;
+/// Longest closing that a rollout foretells, ticks: 5 s.
+pub const ROLLOUT_TICKS_MAX: u16 = 2_500;
 
 /// Phase of the mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, Schema)]

@@ -205,7 +205,7 @@ pub struct RolloutResult {
     pub request: u16,
     /// Per finger: inner-link angle at first contact, radians, if it touches at all.
     pub onset_inner_rad: [Option<f32>; FINGERS],
-    /// Contact bits of the nine hand links at [`ROLLOUT_INSTANTS`] equally spaced instants of
+    /// Which of the nine hand links have touched by then, bit i = link i, at [`ROLLOUT_INSTANTS`] equally spaced instants of
     /// [`RolloutRequest::ticks`](super::RolloutRequest::ticks), the last at their end.
     pub contacts: [u16; ROLLOUT_INSTANTS],
 }

@@ -18,10 +18,11 @@ use tactus_common::robot::HandLink;
 
 /// Touches that are remembered; the oldest is forgotten when one more comes.
 pub const TOUCHES_MAX: usize = 8;
-/// Ticks in which a rollout sweeps a whole closing, 1.2 s: fast enough to be cheap, slow enough to shift nothing.
-const SWEEP_TICKS: u16 = 600;
+/// Ticks in which a rollout sweeps a whole closing, 3 s: two thirds of the real time. Faster fingers push the box before
+/// they stop: in 0.6 s by up to 20 mm, in 1.2 s by up to 8 mm, and they then touch it with two links where one does.
+const SWEEP_TICKS: u16 = 1_500;
 /// The sweep's speed is this much higher than its length asks for: the drives take time to reach it.
-const SWEEP_RESERVE: f32 = 1.25;
+const SWEEP_RESERVE: f32 = 1.1;
 
 /// One touch as the links of the hand felt it.
 #[derive(Clone, Debug, PartialEq)]

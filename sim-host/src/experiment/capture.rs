@@ -3,7 +3,9 @@
 //!
 //! For experiments on the update: the same evidence, felt in the simulated reality, can be given to any method.
 
+use crate::advisor::roll_out;
 use crate::hooks::Hooks;
+use crate::mental::MentalModel;
 use crate::mission::{self, MissionOptions, MissionReport, Progressed};
 use crate::wire::InProcess;
 use std::time::{Duration, Instant};
@@ -12,7 +14,8 @@ use tactus_common::message::{Event, EventKind, Phase};
 use tactus_common::pose::PlanarPose;
 use tactus_controller::belief::{Belief, Prior};
 use tactus_controller::evidence::EvidenceStore;
-use tactus_controller::update::{Progress, Update, UpdateConfig, UpdateStats};
+use tactus_controller::felt_touch::FeltTouch;
+use tactus_controller::update::{Evidence, Progress, Update, UpdateConfig, UpdateStats};
 use tactus_controller::work::Work;
 use tactus_hil::choice::Pace;
 
@@ -29,8 +32,10 @@ pub enum Task {
 /// An update of the belief.
 #[derive(Clone, Debug)]
 pub struct CapturedUpdate {
-    /// All evidence that there was.
+    /// All evidence that there was, for the geometric error.
     pub evidence: EvidenceStore,
+    /// The same touches as ideal sensors tell of them, for the published errors; none without such sensors.
+    pub felt: Vec<FeltTouch>,
     /// What was known before the first touch.
     pub prior: Prior,
     /// The belief before.
@@ -63,6 +68,14 @@ impl Captured {
     }
 }
 
+/// What an update begins with.
+struct Begun {
+    evidence: EvidenceStore,
+    felt: Vec<FeltTouch>,
+    prior: Prior,
+    before: Belief,
+}
+
 /// Carries out a mission in a world of its own, with the controller in this process.
 ///
 /// # Errors
@@ -73,7 +86,7 @@ pub fn carry_out(options: &MissionOptions, task: Task) -> anyhow::Result<Capture
     let mut wire = InProcess::new(Mtu::Fd, Hooks::NONE);
     host.begin(&mut wire)?;
     let mut updates = Vec::new();
-    let mut begun: Option<(EvidenceStore, Prior, Belief)> = None;
+    let mut begun: Option<Begun> = None;
     loop {
         let (mut begins, mut ends) = (false, None);
         let goes_on = host.tick(&mut wire, &mut |progressed| {
@@ -85,16 +98,21 @@ pub fn carry_out(options: &MissionOptions, task: Task) -> anyhow::Result<Capture
             }
         })?;
         let mission = wire.node().controller().mission();
-        if let Some((confident, (evidence, prior, before))) = ends.and_then(|c| Some((c, begun.take()?))) {
+        if let Some((confident, Begun { evidence, felt, prior, before })) = ends.and_then(|c| Some((c, begun.take()?))) {
             let after = mission.belief().cloned().unwrap_or_default();
             let (truth, touches) = (host.so_far().truth_then, host.so_far().trials);
-            updates.push(CapturedUpdate { evidence, prior, before, after, truth, confident, touches });
+            updates.push(CapturedUpdate { evidence, felt, prior, before, after, truth, confident, touches });
             if confident && task == Task::Locate {
                 break;
             }
         }
         if begins {
-            begun = mission.belief().map(|belief| (mission.evidence().clone(), *mission.prior(), belief.clone()));
+            begun = mission.belief().map(|belief| Begun {
+                evidence: mission.evidence().clone(),
+                felt: mission.felt_touches().to_vec(),
+                prior: *mission.prior(),
+                before: belief.clone(),
+            });
         }
         if !goes_on {
             break;
@@ -105,18 +123,46 @@ pub fn carry_out(options: &MissionOptions, task: Task) -> anyhow::Result<Capture
     Ok(Captured { report, updates, wall_time_s: started.elapsed().as_secs_f64() })
 }
 
-/// The update once more, outside the mission: its belief, its account, and its wall time.
-pub fn repeat(update: &CapturedUpdate, config: &UpdateConfig) -> (Belief, UpdateStats, Duration) {
-    let started = Instant::now();
-    let mut again = Update::new(&update.prior, &update.before, config);
-    // Without a limit there is always an end.
-    while again.step(&mut Work::unlimited(), &update.evidence) == Progress::Running {}
-    (again.belief().clone(), again.stats(), started.elapsed())
+/// An update made once more, outside the mission.
+#[derive(Clone, Debug)]
+pub struct Repeated {
+    /// The belief after it.
+    pub belief: Belief,
+    /// Its account.
+    pub stats: UpdateStats,
+    /// Its wall time.
+    pub time: Duration,
+}
+
+impl CapturedUpdate {
+    /// The update once more, from the belief that it began with.
+    pub fn repeat(&self, config: &UpdateConfig, mental: &MentalModel) -> Repeated {
+        self.update_from(&self.before, config, mental)
+    }
+
+    /// An update on all the evidence at once, from what was known before the first touch.
+    pub fn afresh(&self, config: &UpdateConfig, mental: &MentalModel) -> Repeated {
+        self.update_from(&Belief::from_prior(&self.prior), config, mental)
+    }
+
+    fn update_from(&self, before: &Belief, config: &UpdateConfig, mental: &MentalModel) -> Repeated {
+        let started = Instant::now();
+        let mut update = Update::new(&self.prior, before, config);
+        let evidence = Evidence { store: &self.evidence, touches: &self.felt };
+        // Without a limit there is always an end.
+        while update.step(&mut Work::unlimited(), evidence) == Progress::Running {
+            if let Some(question) = update.question(&self.felt) {
+                update.answer(&self.felt, &roll_out(mental, &self.prior.shape, &question, 0));
+            }
+        }
+        Repeated { belief: update.belief().clone(), stats: update.stats(), time: started.elapsed() }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::method::MethodOptions;
     use crate::mission::{Reality, guess_around};
     use crate::scenario::Scenario;
     use tactus_common::pose::Interval;
@@ -128,12 +174,14 @@ mod tests {
         let interval = Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 };
         let guess = guess_around(&truth, &interval, 1);
         let options =
-            MissionOptions { scenario, seed: 1, truth, guess, interval, trials_max: 8, reality: Reality::Mismatched };
+            MissionOptions { scenario, seed: 1, truth, guess, interval, trials_max: 8, reality: Reality::Mismatched, method: MethodOptions::with_ideal_sensors() };
         let captured = carry_out(&options, Task::Locate).unwrap();
         assert!(captured.last().is_some_and(|last| last.confident));
         assert_eq!(captured.updates.len(), captured.report.trials as usize);
+        let mental = MentalModel::new().unwrap();
         for update in &captured.updates {
-            let (belief, stats, _) = repeat(update, &UpdateConfig::default());
+            assert_eq!(update.felt.len(), update.touches as usize, "ideal sensors tell of every touch");
+            let Repeated { belief, stats, .. } = update.repeat(&UpdateConfig::default(), &mental);
             assert_eq!((belief.pose(), belief.covariance()), (update.after.pose(), update.after.covariance()));
             assert!(stats.evaluations > 0);
         }

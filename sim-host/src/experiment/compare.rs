@@ -9,6 +9,7 @@ use super::method::{ErrorKind, Formulation, Method};
 use super::observability::Observed;
 use super::record::{Record, quantile, write_csv};
 use super::trials::truth_of;
+use crate::method::MethodOptions;
 use crate::mission::{MissionOptions, Reality, guess_around};
 use crate::scenario::Scenario;
 use serde::{Deserialize, Serialize};
@@ -223,6 +224,7 @@ fn solve(options: &CompareOptions, problem: u32, dof: u8) -> anyhow::Result<Vec<
         interval,
         trials_max: options.trials_max,
         reality: options.reality,
+        method: MethodOptions::with_ideal_sensors(),
     };
     let captured = carry_out(&mission, Task::Locate)?;
     // A mission that touched nothing has no evidence to compare methods on.

@@ -7,6 +7,7 @@ use super::method::{Formulation, Method};
 use super::record::{Record, quantile, write_csv};
 use super::replan::Replan;
 use super::search::search;
+use crate::method::MethodOptions;
 use crate::mission::{MissionOptions, Reality};
 use crate::scenario::Scenario;
 use serde::{Deserialize, Serialize};
@@ -247,6 +248,7 @@ fn search_fixed(options: &ConvergeOptions, index: usize) -> anyhow::Result<Outco
         interval: options.grid.interval(&truth),
         trials_max: options.trials_max,
         reality: options.reality,
+        method: MethodOptions::with_ideal_sensors(),
     };
     let captured = carry_out(&mission, Task::Locate)?;
     Ok(match captured.last() {

@@ -5,6 +5,7 @@ use super::converge::{ConvergeOptions, replan};
 use super::jobs::{self, Work};
 use super::method::Formulation;
 use super::record::{Record, write_csv};
+use crate::method::MethodOptions;
 use crate::mission::{MissionOptions, Reality, guess_around};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -108,6 +109,7 @@ pub fn run(options: &ConvergeOptions, csv: Option<&Path>) -> anyhow::Result<(Sta
                 interval,
                 trials_max: options.trials_max,
                 reality: options.reality,
+                method: MethodOptions::with_ideal_sensors(),
             };
             let captured = carry_out(&mission, Task::Locate)?;
             let last = captured.last().ok_or_else(|| {
