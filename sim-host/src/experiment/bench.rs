@@ -94,8 +94,16 @@ pub fn bench_update() -> anyhow::Result<()> {
         let [x_m, y_m, phi_rad] = mission::DEFAULT_OFFSET;
         let interval = Interval { x_m, y_m, phi_rad };
         let guess = mission::guess_around(&truth, &interval, seed);
-        let options =
-            MissionOptions { scenario, seed, truth, guess, interval, trials_max: 8, reality: Reality::default(), method: MethodOptions::default() };
+        let options = MissionOptions {
+            scenario,
+            seed,
+            truth,
+            guess,
+            interval,
+            trials_max: 8,
+            reality: Reality::default(),
+            method: MethodOptions::default(),
+        };
         let report = mission::run(&options, &mut |_| {})?;
         times_ms.extend(report.update_times_s.iter().map(|t| t * 1e3));
     }

@@ -98,7 +98,8 @@ pub fn carry_out(options: &MissionOptions, task: Task) -> anyhow::Result<Capture
             }
         })?;
         let mission = wire.node().controller().mission();
-        if let Some((confident, Begun { evidence, felt, prior, before })) = ends.and_then(|c| Some((c, begun.take()?))) {
+        if let Some((confident, Begun { evidence, felt, prior, before })) = ends.and_then(|c| Some((c, begun.take()?)))
+        {
             let after = mission.belief().cloned().unwrap_or_default();
             let (truth, touches) = (host.so_far().truth_then, host.so_far().trials);
             updates.push(CapturedUpdate { evidence, felt, prior, before, after, truth, confident, touches });
@@ -173,8 +174,16 @@ mod tests {
         let truth = scenario.true_pose();
         let interval = Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 };
         let guess = guess_around(&truth, &interval, 1);
-        let options =
-            MissionOptions { scenario, seed: 1, truth, guess, interval, trials_max: 8, reality: Reality::Mismatched, method: MethodOptions::with_ideal_sensors() };
+        let options = MissionOptions {
+            scenario,
+            seed: 1,
+            truth,
+            guess,
+            interval,
+            trials_max: 8,
+            reality: Reality::Mismatched,
+            method: MethodOptions::with_ideal_sensors(),
+        };
         let captured = carry_out(&options, Task::Locate).unwrap();
         assert!(captured.last().is_some_and(|last| last.confident));
         assert_eq!(captured.updates.len(), captured.report.trials as usize);
