@@ -1,5 +1,7 @@
 //! The command line: a contract with tools outside this repository (see `docs/cli.md`).
 
+mod report;
+
 use crate::controller_process::ControllerProcess;
 use crate::experiment::trials::{self, TrialsOptions};
 use crate::hooks::Hooks;
@@ -55,6 +57,8 @@ enum Command {
     /// Many missions over seeds, with statistics: true poses uniform over x in [0.0, 0.3] m, y in [-0.2, 0.0] m,
     /// phi in [-pi/4, pi/4] rad; guess = truth + uniform in +-offset; run i uses seed N + i.
     Trials(TrialsArgs),
+    /// One self-contained HTML page of all the experiments in a directory.
+    Report(report::ReportArgs),
     /// Time the parts that the README quotes: world, mental rollout, pose update (medians).
     #[command(hide = true)]
     Bench,
@@ -250,6 +254,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Run(args) => run(&args),
         Command::Serve(args) => serve_worlds(&args),
         Command::Trials(args) => trials(&args),
+        Command::Report(args) => args.run(),
         Command::Bench => crate::experiment::bench::run().map(|()| 0),
     };
     match done {
