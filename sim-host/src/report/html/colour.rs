@@ -48,6 +48,12 @@ const LOG_RATIO: f64 = 100.0;
 /// Beyond this multiple of the 98 % value, a range is clipped there.
 const CLIP_RATIO: f64 = 3.0;
 
+/// The next lower 1, 2 or 5 times a power of ten.
+fn round_down(v: f64) -> f64 {
+    let decade = 10f64.powf(v.log10().floor());
+    [5.0, 2.0, 1.0].into_iter().map(|m| m * decade).find(|r| *r <= v * 1.000_001).unwrap_or(decade)
+}
+
 /// From numbers to colours.
 #[derive(Clone, Debug)]
 pub struct Scale {
@@ -85,11 +91,13 @@ impl Scale {
         scale(low, if high > low { high } else { low + 1.0 }, false, "linear".into())
     }
 
-    /// Location errors in millimetres: powers of ten, whole decades, bright = small.
+    /// Location errors in millimetres: logarithmic between round numbers, bright = small.
     pub fn location(values_mm: &[f64]) -> Self {
         let q = |p| quantile(values_mm.iter().map(|v| Some(*v)), p).filter(|v| v.is_finite() && *v > 0.0);
-        let low = 10f64.powf(q(0.05).unwrap_or(0.1).log10().floor()).clamp(1e-3, 10.0);
-        let high = 10f64.powf(q(0.99).unwrap_or(100.0).log10().ceil()).clamp(low * 10.0, 1e4);
+        let low = round_down(q(0.02).unwrap_or(0.1)).clamp(1e-3, 10.0);
+        // 1 is the mantissa below 2, 2 below 5, 5 below 10.
+        let high = (round_down(q(0.99).unwrap_or(100.0)) * 2.5).clamp(low * 10.0, 1e4);
+        let high = if high < 1e4 { round_down(high * 1.001) } else { high };
         let outside = values_mm.iter().filter(|v| **v < low || **v > high).count();
         let note = if outside == 0 { "logarithmic".into() } else { "logarithmic, clipped at both ends".to_string() };
         Self { low, high, log: true, map: CIVIDIS, reversed: true, note }
@@ -126,7 +134,7 @@ impl Scale {
             return ticks(self.low, self.high, 5).0.into_iter().map(|v| (v, sig(v, 3))).collect();
         }
         let decades = (self.high / self.low).log10();
-        let factors: &[f64] = if decades < 2.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+        let factors: &[f64] = if decades <= 2.5 { &[1.0, 2.0, 5.0] } else { &[1.0] };
         let from = self.low.log10().floor() as i32;
         let to = self.high.log10().ceil() as i32;
         (from..=to)
@@ -165,6 +173,6 @@ mod tests {
         let scale = Scale::location(&[0.1, 1.0, 10.0]);
         assert_eq!(scale.place(0.0), 0.0);
         assert!((scale.place(1.0) - 0.5).abs() < 1e-9);
-        assert_eq!(scale.ticks().len(), 3);
+        assert_eq!(scale.ticks().first().map(|t| t.1.as_str()), Some("0.1"));
     }
 }

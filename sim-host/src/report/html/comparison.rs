@@ -49,7 +49,8 @@ fn within(rows: &[&CompareLine], metres: f64) -> f64 {
 }
 
 fn computed((dof, budget, error, optimizer): Key<'_>, rows: &[&CompareLine]) -> Entry {
-    let median = |value: fn(&CompareLine) -> Option<f64>| quantile(rows.iter().map(|r| value(r)), 0.5).filter(|v| v.is_finite());
+    let median =
+        |value: fn(&CompareLine) -> Option<f64>| quantile(rows.iter().map(|r| value(r)), 0.5).filter(|v| v.is_finite());
     Entry {
         dof,
         error: error.into(),
@@ -112,10 +113,10 @@ pub fn section(all: &[Comparison<'_>]) -> Markup {
             h3 { (run.meta.title) }
             p class="settings" { (run.meta.describe()) " · file " (run.stem) ".csv" }
             @let budget = judged(entries);
-            (table(&entries.iter().filter(|e| e.budget == budget).collect::<Vec<_>>(), &format!("All methods at a budget of {budget} evaluations.")))
+            (table(&entries.iter().filter(|e| e.budget == budget).collect::<Vec<_>>(), &format!("All methods at a budget of {budget} evaluations."), "scroll"))
             (chart::charts(run, entries, budget))
             @if entries.iter().any(|e| e.budget != budget) {
-                (table(&entries.iter().collect::<Vec<_>>(), "All methods at all budgets."))
+                (table(&entries.iter().collect::<Vec<_>>(), "All methods at all budgets (on a screen the table scrolls).", "scroll tall"))
             }
         }
     }
@@ -135,8 +136,8 @@ const COLUMNS: [Column; 7] = [
     Column { head: "within 2 mm (%)", value: |e| Some(e.within_2mm), text: percent, more_is_better: true },
     Column { head: "of the observable (%)", value: |e| e.observable_2mm, text: percent, more_is_better: true },
     Column { head: "within 10 mm (%)", value: |e| Some(e.within_10mm), text: percent, more_is_better: true },
-    Column { head: "evaluations, median", value: |e| e.evaluations_median, text: |v| sig(v, 4), more_is_better: false },
-    Column { head: "time, median (ms)", value: |e| e.time_median_s, text: |v| sig(v * 1e3, 3), more_is_better: false },
+    Column { head: "evaluations", value: |e| e.evaluations_median, text: |v| sig(v, 4), more_is_better: false },
+    Column { head: "time (ms)", value: |e| e.time_median_s, text: |v| sig(v * 1e3, 3), more_is_better: false },
 ];
 
 impl Column {
@@ -154,15 +155,15 @@ impl Column {
 }
 
 /// The table of a group: rows with the same problems and the same budget stand together and are sorted together.
-fn table(entries: &[&Entry], caption: &str) -> Markup {
+fn table(entries: &[&Entry], caption: &str, class: &str) -> Markup {
     let mut groups: BTreeMap<(u64, u64), Vec<&Entry>> = BTreeMap::new();
     for entry in entries {
         groups.entry((entry.dof, entry.budget)).or_default().push(entry);
     }
     html! {
-        div class="scroll tall" {
+        div class=(class) {
             table class="sortable" {
-                caption { (caption) " ★ and bold: the best of its column among the methods with the same degrees of freedom and budget." }
+                caption { (caption) " Evaluations and time: medians. ★ and bold: the best of its column among the methods with the same degrees of freedom and budget." }
                 thead { tr {
                     th { "error" } th { "optimiser" } th class="num" { "DOF" } th class="num" { "budget" } th class="num" { "problems" }
                     @for column in &COLUMNS { th class="num" { (column.head) } }
@@ -180,7 +181,7 @@ fn row(entry: &Entry, best: &[Option<String>]) -> Markup {
     html! {
         tr {
             td { (entry.error) }
-            td { (entry.optimizer) }
+            td class="name" { (entry.optimizer) }
             td class="num" { (entry.dof) }
             td class="num" { (entry.budget) }
             td class="num" { (entry.problems) }

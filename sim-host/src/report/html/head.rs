@@ -1,8 +1,9 @@
 //! The head of the page: what it is, key figures, where and how its data were made.
 
 use super::comparison::{self, Comparison};
-use super::input::{Inputs, Meta, words};
+use super::input::{Inputs, Meta, Run, words};
 use super::number::{NONE, duration};
+use super::row::ConvergeLine;
 use super::{maps, trials};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
@@ -34,7 +35,8 @@ pub fn intro(inputs: &Inputs) -> Markup {
 /// From when to when the files were written.
 fn dates(inputs: &Inputs) -> String {
     let runs = inputs.runs();
-    let days: Vec<&str> = runs.iter().filter_map(|(_, _, made)| made.map(|m| m.split('T').next().unwrap_or(m))).collect();
+    let days: Vec<&str> =
+        runs.iter().filter_map(|(_, _, made)| made.map(|m| m.split('T').next().unwrap_or(m))).collect();
     let total: f64 = runs.iter().filter_map(|(_, meta, _)| meta.wall_time_s).sum();
     let when = match (days.iter().min(), days.iter().max()) {
         (Some(first), Some(last)) if first == last => format!("{first}"),
@@ -48,7 +50,8 @@ fn dates(inputs: &Inputs) -> String {
 /// The tiles of key figures.
 pub fn key_figures(inputs: &Inputs, comparisons: &[Comparison<'_>]) -> Markup {
     const MAPS: usize = 6;
-    let mut figures: Vec<KeyFigure> = inputs.maps.iter().take(MAPS).map(maps::key_figure).collect();
+    let leading = leading(&inputs.maps);
+    let mut figures: Vec<KeyFigure> = leading.iter().take(MAPS).map(|run| maps::key_figure(run)).collect();
     figures.extend(comparisons.iter().filter_map(|c| comparison::key_figure(&c.entries, &c.run.meta)));
     figures.extend(inputs.trials.iter().map(trials::key_figure));
     html! {
@@ -63,9 +66,20 @@ pub fn key_figures(inputs: &Inputs, comparisons: &[Comparison<'_>]) -> Markup {
                     }
                 }
             }
-            @if inputs.maps.len() > MAPS { p { (inputs.maps.len() - MAPS) " more maps: see the table of maps." } }
+            @let more = inputs.maps.len() - leading.len().min(MAPS);
+            @if more > 0 { p class="note" { "Not above: " (more) " of " (inputs.maps.len()) " maps; all are in the " a href="#maps" { "table of maps" } "." } }
         }
     }
+}
+
+/// One map for each method and task: of those that differ in finer settings the one with the shortest name.
+fn leading(maps: &[Run<ConvergeLine>]) -> Vec<&Run<ConvergeLine>> {
+    let task = |run: &Run<ConvergeLine>| ["error", "optimizer", "noise", "dof"].map(|key| run.meta.setting(key));
+    let first = |run: &&Run<ConvergeLine>| {
+        let alike = maps.iter().filter(|other| task(other) == task(run));
+        alike.min_by_key(|other| (other.stem.len(), &other.stem)).is_some_and(|other| other.stem == run.stem)
+    };
+    maps.iter().filter(first).collect()
 }
 
 /// The machines, and what was run on each.
@@ -78,8 +92,7 @@ fn machines(inputs: &Inputs) -> Vec<(String, Vec<String>)> {
 }
 
 fn machine(meta: &Meta) -> String {
-    const KNOWN: [(&str, &str); 5] =
-        [("cpu", ""), ("cores", " cores"), ("os", ""), ("rustc", ""), ("version", "")];
+    const KNOWN: [(&str, &str); 5] = [("cpu", ""), ("cores", " cores"), ("os", ""), ("rustc", ""), ("version", "")];
     let known = KNOWN.iter().filter_map(|(key, unit)| {
         let value = meta.machine.get(*key).and_then(words)?;
         let plain = match *key {

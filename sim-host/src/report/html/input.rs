@@ -116,7 +116,13 @@ impl Inputs {
                 inputs.ignored.push((path.clone(), reason));
             }
         }
-        ensure!(!inputs.is_empty(), "{}: no output of an experiment; expected pairs STEM.csv, STEM.json", dir.display());
+        inputs.surfaces.sort_by_key(|run| (run.meta.order(), run.stem.clone()));
+        inputs.maps.sort_by_key(|run| (run.meta.order(), run.stem.clone()));
+        ensure!(
+            !inputs.is_empty(),
+            "{}: no output of an experiment; expected pairs STEM.csv, STEM.json",
+            dir.display()
+        );
         Ok(inputs)
     }
 
@@ -142,8 +148,8 @@ impl Inputs {
         let name = path.display();
         let text = std::fs::read_to_string(path).with_context(|| format!("{name}"))?;
         if path.file_name() == Some(OsStr::new(BENCH)) {
-            let figures =
-                serde_json::from_str(&text).with_context(|| format!("{name}: expected [{{name, value, unit, note}}]"))?;
+            let figures = serde_json::from_str(&text)
+                .with_context(|| format!("{name}: expected [{{name, value, unit, note}}]"))?;
             self.bench = Some(figures);
             return Ok(Ok(()));
         }
@@ -183,7 +189,13 @@ impl Inputs {
 }
 
 fn run<T: Line>(path: &Path, csv: &Path, meta: Meta, paired: bool) -> anyhow::Result<Run<T>> {
-    ensure!(paired, "{}: no such file; expected the lines of the {} in {}", csv.display(), meta.experiment, path.display());
+    ensure!(
+        paired,
+        "{}: no such file; expected the lines of the {} in {}",
+        csv.display(),
+        meta.experiment,
+        path.display()
+    );
     let modified = std::fs::metadata(path).and_then(|m| m.modified()).ok();
     Ok(Run {
         stem: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
@@ -197,6 +209,14 @@ impl Meta {
     /// A setting in words; `None` if it is not there.
     pub fn setting(&self, key: &str) -> Option<String> {
         self.settings.get(key).and_then(words)
+    }
+
+    /// Its place among its like: few degrees of freedom first, then in the order of the thesis, ours last, then without noise first.
+    fn order(&self) -> (Option<u64>, usize, bool) {
+        const ERRORS: [&str; 4] = ["contact", "weighted", "modified", "geometric"];
+        let error = self.setting("error").and_then(|e| ERRORS.iter().position(|known| *known == e));
+        let noise = self.settings.get("noise").and_then(Value::as_bool);
+        (self.settings.get("dof").and_then(Value::as_u64), error.unwrap_or(ERRORS.len()), noise.unwrap_or(false))
     }
 
     /// A number among the statistics.

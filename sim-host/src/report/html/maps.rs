@@ -3,7 +3,7 @@
 use super::colour::Scale;
 use super::head::KeyFigure;
 use super::heat::{Cell, Fill, HeatMap};
-use super::input::Run;
+use super::input::{Run, Truth};
 use super::number::{NONE, deg, duration, fixed, mm, percent, quantile, share, sig};
 use super::raster::Raster;
 use super::row::{Class, ConvergeLine};
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 /// The classes, their names, and their looks as the thesis draws them.
 const CLASSES: [(Class, &str, &str); 3] = [
     (Class::Converged, "converged", "white"),
-    (Class::Direction, "right direction", "grey"),
+    (Class::Direction, "direction", "grey"),
     (Class::Failed, "failed", "black"),
 ];
 
@@ -64,7 +64,8 @@ impl Figures {
 
 /// The section.
 pub fn section(runs: &[Run<ConvergeLine>]) -> Markup {
-    let errors_mm: Vec<f64> = runs.iter().flat_map(|r| r.rows.iter().filter_map(|l| l.location_m)).map(|m| m * 1e3).collect();
+    let errors_mm: Vec<f64> =
+        runs.iter().flat_map(|r| r.rows.iter().filter_map(|l| l.location_m)).map(|m| m * 1e3).collect();
     let scale = Scale::location(&errors_mm);
     html! {
         p {
@@ -86,12 +87,12 @@ fn overview(runs: &[Run<ConvergeLine>]) -> Markup {
     html! {
         div class="scroll" {
             table class="sortable" {
-                caption { "All maps. Location error: distance of the end of the search from the true place; quantiles by nearest rank over all starts." }
+                caption { "All maps. Location error: distance of the end of the search from the true place; quantiles by nearest rank over all starts. Direction: not converged, but moved towards the truth. Evaluations: mean per start. Time: the optimiser's, all starts." }
                 thead { tr {
-                    th { "map" } th { "error" } th { "optimiser" } th class="num" { "DOF" } th class="num" { "starts" }
+                    th class="title" { "map" } th { "error" } th { "optimiser" } th class="num" { "DOF" } th class="num" { "starts" }
                     (class_heads())
                     th class="num" { "median (mm)" } th class="num" { "90 % (mm)" } th class="num" { "largest (mm)" }
-                    th class="num" { "evaluations, mean" } th class="num" { "optimiser, all starts (s)" }
+                    th class="num" { "evaluations" } th class="num" { "time (s)" }
                 } }
                 tbody {
                     @for (i, run) in runs.iter().enumerate() {
@@ -131,26 +132,38 @@ fn map(run: &Run<ConvergeLine>, scale: &Scale, index: usize) -> Markup {
         figure class="wide" id={"map-" (index)} {
             h3 { (run.meta.title) }
             @if many {
-                p class="multiple-head" { "Classes, one map for each φ of the start" }
+                p class="multiple-head" { "Classes, one map for each φ of the start, and how many converged" }
                 div class="multiples" { @for (i, phi) in slices() {
-                    div { p class="multiple" { "φ = " (deg(Some(*phi))) "°: " (converged_in(&raster, i, run)) } (draw(run, &raster, i, None)) }
+                    div { p class="multiple" { "φ = " (deg(Some(*phi))) "°, " (converged_in(&raster, i, run)) } (draw(run, &raster, i, None)) }
                 } }
                 p class="multiple-head" { "Final location error" }
                 div class="multiples" { @for (i, phi) in slices() {
                     div { p class="multiple" { "φ = " (deg(Some(*phi))) "°" } (draw(run, &raster, i, Some(scale))) }
-                } }
-                (counts(run, &raster))
-            } @else {
-                div class="map-row" { (draw(run, &raster, 0, None)) (draw(run, &raster, 0, Some(scale))) (counts(run, &raster)) }
+                }
+                }
             }
-            (legend(run.meta.truth.is_some()))
+            div class="map-row" {
+                div {
+                    @if !many { div class="pair" { (draw(run, &raster, 0, None)) (draw(run, &raster, 0, Some(scale))) } }
+                    (legend(run.meta.truth))
+                    (caption(run, scale, many))
+                }
+                (counts(run, &raster))
+            }
+        }
+    }
+}
+
+fn caption(run: &Run<ConvergeLine>, scale: &Scale, many: bool) -> Markup {
+    let stops: Vec<String> = stops(&run.rows).into_iter().map(|(reason, count)| format!("{reason} {count}")).collect();
+    html! {
             figcaption {
                 @if many { "Above" } @else { "Left" } ": the class of every start, as the thesis draws it. "
                 @if many { "Below" } @else { "Beside it" } ": the location error where the search ended, in mm, bright = near the truth, scale "
-                (scale.note()) ", the same on every map. The ring with the cross is the true pose. "
+                (scale.note()) ", the same on every map. "
+                @if !stops.is_empty() { "Searches stopped because of: " (stops.join(", ")) ". " }
                 span class="settings" { (run.meta.describe()) " · file " (run.stem) ".csv" }
             }
-        }
     }
 }
 
@@ -158,7 +171,7 @@ fn converged_in(raster: &Raster, phi: usize, run: &Run<ConvergeLine>) -> String 
     let cells = raster.slice(phi, &run.rows, |r| r.at);
     let all = cells.iter().flatten().count();
     let good = cells.iter().flatten().filter(|c| c.class == Class::Converged).count();
-    format!("{good} of {all} converged")
+    format!("{good} of {all}")
 }
 
 fn tip(line: &ConvergeLine, name: &str) -> String {
@@ -196,21 +209,31 @@ fn draw(run: &Run<ConvergeLine>, raster: &Raster, phi: usize, scale: Option<&Sca
         raster,
         cells: cells.iter().enumerate().filter_map(|(i, c)| c.map(|c| cell(i, c))).collect(),
         truth: run.meta.truth,
-        lowest: None,
-        bar: scale.map(|s| (s, "mm".into())),
+        lowest: Vec::new(),
+        bar: scale.filter(|_| phi + 1 == raster.phi.values.len()).map(|s| (s, "mm")),
+        heading: match (many, scale) {
+            (true, _) => String::new(),
+            (_, None) => "class of every start".into(),
+            (_, Some(_)) => "final location error".into(),
+        },
         label: format!("Map of convergence, {what}: {}", run.meta.title),
-        width: if many { 170.0 } else { 300.0 },
+        width: if many { 115.0 } else { 253.0 },
     }
     .draw()
 }
 
-fn legend(truth: bool) -> Markup {
+fn legend(truth: Option<Truth>) -> Markup {
     html! {
         ul class="legend" {
             @for (_, name, look) in CLASSES {
                 li { svg viewBox="0 0 20 14" width="20" height="14" { rect class={"swatch " (look)} width="20" height="14" {} } (name) }
             }
-            @if truth { li { svg viewBox="-12 -12 24 24" width="20" height="20" { (svg::truth_mark(0.0, 0.0)) } "true pose" } }
+            @if let Some(t) = truth {
+                li {
+                    svg viewBox="-12 -12 24 24" width="20" height="20" { (svg::truth_mark(0.0, 0.0)) }
+                    "true pose (x " (sig(t.x, 3)) " m, y " (sig(t.y, 3)) " m, φ " (deg(Some(t.phi))) "°)"
+                }
+            }
         }
     }
 }
@@ -223,18 +246,18 @@ fn counts(run: &Run<ConvergeLine>, raster: &Raster) -> Markup {
     html! {
         table class="facts" {
             tbody {
+                (line("starts", f.starts.to_string()))
                 @for ((_, name, _), count) in CLASSES.into_iter().zip(f.counts) {
-                    (line(name, format!("{count} of {} ({} %)", f.starts, percent(share(count, f.starts)))))
+                    (line(name, format!("{count} ({} %)", percent(share(count, f.starts)))))
                 }
+                (line("all converge for x in", basin(run, raster)))
                 (line("location error, median", in_mm(f.median_m)))
-                (line("90 %", in_mm(f.p90_m)))
-                (line("largest", in_mm(f.max_m)))
+                (line("location error, 90 %", in_mm(f.p90_m)))
+                (line("location error, largest", in_mm(f.max_m)))
                 @if let Some(v) = f.evaluations { (line("evaluations per start", sig(v, 3))) }
                 @if let Some(v) = per_start { (line("optimiser per start", duration(v))) }
                 @if let Some(v) = f.optimiser_s { (line("optimiser, all starts", duration(v))) }
                 @if let Some(v) = f.evidence_s { (line("evidence, all starts", duration(v))) }
-                (line("every start converges for x in", basin(run, raster)))
-                @for (reason, count) in stops(&run.rows) { (line(&format!("stopped: {reason}"), count.to_string())) }
             }
         }
     }
@@ -256,11 +279,13 @@ fn basin(run: &Run<ConvergeLine>, raster: &Raster) -> String {
     };
     let first = (0..=centre).rev().take_while(|i| whole[*i]).last().unwrap_or(centre);
     let last = (centre..xs.len()).take_while(|i| whole[*i]).last().unwrap_or(centre);
-    let edge = if first == 0 && last + 1 == xs.len() { " (all tried)" } else { "" };
-    format!("{} to {} m{edge}", fixed(xs[first], 2), fixed(xs[last], 2))
+    if first == 0 && last + 1 == xs.len() {
+        return "all tried".into();
+    }
+    format!("{} to {} m", fixed(xs[first], 2), fixed(xs[last], 2))
 }
 
-/// Why searches stopped, the most frequent first.
+/// Why searches stopped, the most frequent first, a few of them.
 fn stops(rows: &[ConvergeLine]) -> Vec<(&str, usize)> {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for row in rows.iter().filter(|r| !r.stop_reason.is_empty()) {

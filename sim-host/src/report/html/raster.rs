@@ -11,7 +11,7 @@ const SAME: f64 = 1e-6;
 pub struct Axis {
     /// Grid lines.
     pub values: Vec<f64>,
-    /// Distance of neighbours (the smallest one).
+    /// Distance of neighbours (the median).
     pub step: f64,
 }
 
@@ -21,14 +21,19 @@ impl Axis {
         all.sort_by(f64::total_cmp);
         all.dedup_by(|a, b| (*a - *b).abs() < SAME);
         let declared = declared.map(|[_, _, step]| step).filter(|s| s.is_finite() && *s > SAME);
-        let smallest = all.windows(2).map(|w| w[1] - w[0]).reduce(f64::min);
-        Self { step: smallest.or(declared).unwrap_or(0.01), values: all }
+        let usual = super::number::quantile(all.windows(2).map(|w| Some(w[1] - w[0])), 0.5);
+        Self { step: usual.or(declared).unwrap_or(0.01), values: all }
     }
 
     /// Which grid line this is.
     pub fn index(&self, value: f64) -> Option<usize> {
         let i = self.values.partition_point(|v| *v < value - SAME);
         self.values.get(i).filter(|v| (**v - value).abs() < 2.0 * SAME).map(|_| i)
+    }
+
+    /// Cells from end to end.
+    pub fn cells(&self) -> f64 {
+        ((self.high() - self.low()) / self.step).round()
     }
 
     /// Where the first cell begins.

@@ -54,7 +54,7 @@ pub fn groups(runs: &[Run<ConvergeLine>]) -> Vec<Group<'_>> {
 /// The section.
 pub fn section(groups: &[Group<'_>]) -> Markup {
     html! {
-        p { "Each table compares maps that differ in one setting only. What they share stands below the title." }
+        p { "Each table compares maps that differ in one setting only. What they share stands beside the title. Evaluations: mean per start. Time: the optimiser's, all starts." }
         @for group in groups {
             div class="scroll" {
                 table class="sortable" {
@@ -62,14 +62,14 @@ pub fn section(groups: &[Group<'_>]) -> Markup {
                     thead { tr {
                         th { (group.factor) } th class="num" { "starts" } (class_heads())
                         th class="num" { "median (mm)" } th class="num" { "90 % (mm)" } th class="num" { "largest (mm)" }
-                        th class="num" { "evaluations, mean" } th class="num" { "optimiser, all starts (s)" } th { "file" }
+                        th class="num" { "evaluations" } th class="num" { "time (s)" } th { "file" }
                     } }
                     tbody {
                         @for run in &group.runs {
                             tr {
                                 td { (run.meta.setting(group.factor).unwrap_or_default()) }
                                 (figure_cells(&Figures::of(run)))
-                                td { code { (run.stem) } }
+                                td class="name" { code { (run.stem) } }
                             }
                         }
                     }

@@ -46,19 +46,16 @@ pub fn section(runs: &[Run<SurfaceLine>]) -> Markup {
 struct Slice<'a> {
     cells: Vec<Option<&'a SurfaceLine>>,
     terrain: Terrain,
-    lowest: Option<(usize, usize)>,
+    lowest: Vec<(usize, usize)>,
 }
 
 fn slice<'a>(raster: &Raster, phi: usize, rows: &'a [SurfaceLine]) -> Slice<'a> {
     let width = raster.x.values.len();
     let cells = raster.slice(phi, rows, |r| r.at);
     let values: Vec<Option<f64>> = cells.iter().map(|c| c.and_then(|c| c.error.as_ref().ok().copied())).collect();
-    let lowest = values
-        .iter()
-        .enumerate()
-        .filter_map(|(i, v)| v.map(|v| (i, v)))
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(i, _)| (i % width, i / width));
+    let least = values.iter().flatten().copied().reduce(f64::min);
+    let lowest = (0..values.len()).filter(|i| values[*i].is_some() && values[*i] == least);
+    let lowest = lowest.map(|i| (i % width, i / width)).collect();
     Slice { terrain: terrain(&values, width), cells, lowest }
 }
 
@@ -92,7 +89,7 @@ fn surface(run: &Run<SurfaceLine>, scale: &Scale) -> Markup {
             figcaption {
                 "Colour: error " b { (error_name(&run.meta)) } ", scale " (scale.note())
                 ", the same on every surface of this error. "
-                "Dark = small. The ring with the cross is the true pose, the diamond the smallest error on the grid. "
+                "Dark = small. The ring with the cross is the true pose; diamonds mark the smallest error on the grid, wherever it occurs. "
                 span class="settings" { (run.meta.describe()) " · file " (run.stem) ".csv" }
             }
         }
@@ -118,7 +115,8 @@ fn draw(run: &Run<SurfaceLine>, raster: &Raster, phi: usize, scale: &Scale, reas
         cells,
         truth: run.meta.truth,
         lowest: slice.lowest,
-        bar: Some((scale, "error".into())),
+        bar: Some((scale, "error")),
+        heading: String::new(),
         label: format!("Heat map: {}", run.meta.title),
         width: if raster.phi.values.len() > 1 { 220.0 } else { 360.0 },
     }
@@ -129,7 +127,7 @@ fn legend(reasons: &[(&str, usize)], truth: bool) -> Markup {
     html! {
         ul class="legend" {
             @if truth { li { svg viewBox="-12 -12 24 24" width="20" height="20" { (svg::truth_mark(0.0, 0.0)) } "true pose" } }
-            li { svg viewBox="-12 -12 24 24" width="20" height="20" { (svg::lowest_mark(0.0, 0.0)) } "smallest error" }
+            li { svg viewBox="-12 -12 24 24" width="20" height="20" { (svg::lowest_mark(0.0, 0.0, 6.0)) } "smallest error" }
             @for (i, (reason, count)) in reasons.iter().enumerate() {
                 li {
                     svg viewBox="0 0 20 14" width="20" height="14" { rect class="swatch" width="20" height="14" fill=(svg::hatch(i)) {} }
@@ -150,8 +148,8 @@ fn table(runs: &[Run<SurfaceLine>]) -> Markup {
                 }
                 thead { tr {
                     th { "surface" } th class="num" { "φ (°)" } th class="num" { "poses" } th class="num" { "without value" }
-                    th class="num" { "smallest" } th class="num" { "largest" } th class="num" { "minima" } th class="num" { "flat (%)" }
-                    th class="num" { "smallest lies off the truth by (mm)" }
+                    th class="num" { "smallest error" } th class="num" { "largest error" } th class="num" { "poses with the smallest" } th class="num" { "minima" } th class="num" { "flat (%)" }
+                    th class="num" { "farthest of the smallest from the truth (mm)" }
                 } }
                 tbody {
                     @for run in runs {
@@ -170,10 +168,10 @@ fn table_row(run: &Run<SurfaceLine>, raster: &Raster, i: usize, phi: f64) -> Mar
     let values: Vec<f64> = lines.iter().filter_map(|l| l.error.as_ref().ok().copied()).collect();
     let low = values.iter().copied().reduce(f64::min);
     let high = values.iter().copied().reduce(f64::max);
-    let off = slice.lowest.zip(run.meta.truth).map(|((ix, iy), t)| {
-        let (dx, dy) = (raster.x.values[ix] - t.x, raster.y.values[iy] - t.y);
-        (dx * dx + dy * dy).sqrt()
-    });
+    let distance = |(ix, iy): &(usize, usize)| {
+        run.meta.truth.map(|t| (raster.x.values[*ix] - t.x).hypot(raster.y.values[*iy] - t.y))
+    };
+    let off = slice.lowest.iter().filter_map(distance).reduce(f64::max);
     let shown = |v: Option<f64>| v.map_or(super::number::NONE.to_string(), |v| sig(v, 3));
     html! {
         tr {
@@ -183,6 +181,7 @@ fn table_row(run: &Run<SurfaceLine>, raster: &Raster, i: usize, phi: f64) -> Mar
             td class="num" { (lines.len() - values.len()) }
             td class="num" data-v=[low] { (shown(low)) }
             td class="num" data-v=[high] { (shown(high)) }
+            td class="num" { (slice.lowest.len()) }
             td class="num" { (slice.terrain.minima) }
             td class="num" { (percent(slice.terrain.flat)) }
             td class="num" data-v=[off] { (mm(off)) }

@@ -127,7 +127,8 @@ pub fn hatch(i: usize) -> String {
 
 /// The hatches, once a page.
 pub fn hatches() -> Markup {
-    let lines = ["M0 7L7 0M-2 2L2 -2M5 9L9 5", "M0 0L7 7M-2 5L2 9M5 -2L9 2", "M0 0L7 7M0 7L7 0", "M0 3.5H7", "M3.5 0V7"];
+    let lines =
+        ["M0 7L7 0M-2 2L2 -2M5 9L9 5", "M0 0L7 7M-2 5L2 9M5 -2L9 2", "M0 0L7 7M0 7L7 0", "M0 3.5H7", "M3.5 0V7"];
     html! {
         svg class="defs" width="0" height="0" aria-hidden="true" {
             defs {
@@ -164,9 +165,9 @@ pub fn truth_mark(x: f64, y: f64) -> Markup {
     }
 }
 
-/// The smallest value: a diamond.
-pub fn lowest_mark(x: f64, y: f64) -> Markup {
-    let diamond = format!("M{} {}l6 6l-6 6l-6 -6z", n(x), n(y - 6.0));
+/// The smallest value: a diamond of half width `r`.
+pub fn lowest_mark(x: f64, y: f64, r: f64) -> Markup {
+    let diamond = format!("M{} {}l{r} {r}l-{r} {r}l-{r} -{r}z", n(x), n(y - r));
     html! {
         g class="lowest" {
             title { "smallest error on the grid" }

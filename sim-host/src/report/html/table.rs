@@ -18,8 +18,7 @@ impl Table {
     /// The file cannot be read, lacks a column, or has a line of another length than its header.
     pub fn read(path: &Path, expected: &[&str]) -> anyhow::Result<Self> {
         let name = path.display();
-        let mut reader =
-            csv::ReaderBuilder::new().flexible(true).from_path(path).with_context(|| format!("{name}"))?;
+        let mut reader = csv::ReaderBuilder::new().flexible(true).from_path(path).with_context(|| format!("{name}"))?;
         let headers = reader.headers().with_context(|| format!("{name}, line 1"))?.clone();
         for column in expected {
             ensure!(

@@ -55,7 +55,8 @@ fn every_kind_of_experiment_has_its_section_and_figures() {
             ]
         );
         let titles = texts("h3");
-        for title in ["surface: surface weighted", "converge: converge published", "compare: compare", "trials: trials"] {
+        for title in ["surface: surface weighted", "converge: converge published", "compare: compare", "trials: trials"]
+        {
             assert!(titles.iter().any(|t| t == title), "{title} is not among {titles:?}");
         }
         assert!(texts("h4").iter().any(|t| t == "3-DOF, error geometric"));
@@ -103,7 +104,8 @@ fn every_cell_of_a_map_is_drawn_with_the_look_of_its_class() {
         let label = "Map of convergence, classes: converge: converge published";
         let map = figures.into_iter().find(|n| n.attribute("aria-label") == Some(label)).unwrap();
         for (class, look) in [("converged", "white"), ("direction", "grey"), ("failed", "black")] {
-            let drawn = map.descendants().filter(|n| n.has_tag_name("rect") && n.attribute("class") == Some(look)).count();
+            let drawn =
+                map.descendants().filter(|n| n.has_tag_name("rect") && n.attribute("class") == Some(look)).count();
             assert_eq!(drawn, csv.matches(&format!(",{class},")).count(), "{class}");
             assert!(drawn > 0);
         }
@@ -129,20 +131,48 @@ fn what_is_not_there_is_named_in_one_line() {
 #[test]
 fn a_malformed_file_is_refused_by_file_line_column_and_what_was_expected() {
     let cases: [(&str, &str, &str, &str); 7] = [
-        ("surface-weighted.csv", ",ok\n", ",\n", "surface-weighted.csv, line 2, column 5 (outcome): nothing there; expected ok"),
+        (
+            "surface-weighted.csv",
+            ",ok\n",
+            ",\n",
+            "surface-weighted.csv, line 2, column 5 (outcome): nothing there; expected ok",
+        ),
         ("surface-weighted.csv", "error,outcome", "err,outcome", "surface-weighted.csv, line 1: no column 'error'"),
-        ("surface-weighted.csv", ",,no inverse", ",0,no inverse", "(error): '0'; expected nothing, since the outcome is not ok"),
-        ("converge-published.csv", "failed", "lost", "column 4 (class): 'lost'; expected one of: converged, direction, failed"),
-        ("converge-published.csv", "\n0.1,", "\nabc,", "converge-published.csv, line 2, column 1 (x): 'abc'; expected a finite number"),
+        (
+            "surface-weighted.csv",
+            ",,no inverse",
+            ",0,no inverse",
+            "(error): '0'; expected nothing, since the outcome is not ok",
+        ),
+        (
+            "converge-published.csv",
+            "failed",
+            "lost",
+            "column 4 (class): 'lost'; expected one of: converged, direction, failed",
+        ),
+        (
+            "converge-published.csv",
+            "\n0.1,",
+            "\nabc,",
+            "converge-published.csv, line 2, column 1 (x): 'abc'; expected a finite number",
+        ),
         ("compare.csv", "budget,observable", "budget", "compare.csv, line 3, column 12: 11 fields; expected 12"),
-        ("trials.json", "\"not_observable\": 286", "\"not_observable\": -1", "trials.json: statistics.by_touch: expected touches"),
+        (
+            "trials.json",
+            "\"not_observable\": 286",
+            "\"not_observable\": -1",
+            "trials.json: statistics.by_touch: expected touches",
+        ),
     ];
     for (file, from, to, due) in cases {
         let found = complaint(file, |text| text.replacen(from, to, 1));
         assert!(found.contains(due), "{found}\n  does not say: {due}");
         assert!(!found.contains('\n'), "{found}");
     }
-    assert!(complaint("compare.json", |text| text.replace("\"title\"", "\"head\"")).contains("missing field `title` at line"));
+    assert!(
+        complaint("compare.json", |text| text.replace("\"title\"", "\"head\""))
+            .contains("missing field `title` at line")
+    );
     assert!(complaint("bench.json", |_| "{}".into()).contains("bench.json: expected [{name, value, unit, note}]"));
 }
 

@@ -21,11 +21,7 @@ pub struct AfterTouch {
 
 impl AfterTouch {
     fn counts(&self) -> [(Verdict, usize); 3] {
-        [
-            (Verdict::Located, self.located),
-            (Verdict::NotObservable, self.not_observable),
-            (Verdict::Wrong, self.wrong),
-        ]
+        [(Verdict::Located, self.located), (Verdict::NotObservable, self.not_observable), (Verdict::Wrong, self.wrong)]
     }
 
     fn total(&self) -> usize {
@@ -231,7 +227,8 @@ fn facts(rows: &[TrialLine]) -> Markup {
 /// The missions that are wrong, the worst first: to be looked into one by one.
 fn wrong_table(rows: &[TrialLine]) -> Markup {
     const MOST: usize = 40;
-    let mut wrong: Vec<&TrialLine> = rows.iter().filter(|r| r.confidently_wrong || r.verdict == Verdict::Wrong).collect();
+    let mut wrong: Vec<&TrialLine> =
+        rows.iter().filter(|r| r.confidently_wrong || r.verdict == Verdict::Wrong).collect();
     let error = |r: &TrialLine| r.location_m.unwrap_or(f64::INFINITY);
     wrong.sort_by(|a, b| error(b).total_cmp(&error(a)));
     let all = wrong.len();

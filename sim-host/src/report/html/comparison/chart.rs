@@ -13,6 +13,13 @@ const NEAR_MM: f64 = 0.1;
 /// Right edge, millimetres.
 const FAR_MM: f64 = 300.0;
 
+/// The optimiser that is used where none is named; its line is heavier.
+const DEFAULT: &str = "levenberg-marquardt";
+
+fn weight(name: &str) -> &'static str {
+    if name == DEFAULT { " default" } else { "" }
+}
+
 /// The look of every optimiser, the same in all charts.
 type Looks<'a> = BTreeMap<&'a str, usize>;
 
@@ -35,7 +42,7 @@ pub fn charts(run: &Run<CompareLine>, entries: &[Entry], budget: u64) -> Markup 
                 figcaption {
                     @if budgets.len() > 1 { "Left: share of problems within 2 mm against the budget of evaluations; higher and further left is better. Right: s" } @else { "S" }
                     "hare of problems whose location error is at most the value below, at " (budget) " evaluations; the marks stand at the median and the 90th percentile. "
-                    "A line that rises early and reaches 100 % is good; where it ends below, the rest is off by more than " (sig(FAR_MM, 3)) " mm or has no answer."
+                    "The heavy line is the default optimiser. A line that rises early and reaches 100 % is good; where it ends below, the rest is off by more than " (sig(FAR_MM, 3)) " mm or has no answer."
                 }
             }
         }
@@ -48,7 +55,7 @@ fn key(looks: &Looks<'_>) -> Markup {
             @for (name, look) in looks {
                 li {
                     svg viewBox="0 0 36 14" width="36" height="14" {
-                        line class={"line s" (look % SERIES)} stroke-dasharray=(dashes(*look)) x1="0" x2="36" y1="7" y2="7" {}
+                        line class={"line s" (look % SERIES) (weight(name))} stroke-dasharray=(dashes(*look)) x1="0" x2="36" y1="7" y2="7" {}
                         (svg::marker(*look, 18.0, 7.0))
                     }
                     (name)
@@ -70,7 +77,14 @@ fn path(frame: &Frame, points: &[(f64, f64)]) -> String {
 fn against_budget(entries: &[&Entry], budgets: &BTreeSet<u64>, looks: &Looks<'_>, label: &str) -> Markup {
     let log = |budget: u64| (budget.max(1) as f64).log10();
     let (low, high) = (budgets.first().copied().unwrap_or(1), budgets.last().copied().unwrap_or(10));
-    let frame = Frame { left: 52.0, top: 12.0, width: 270.0, height: 230.0, x: [log(low) - 0.05, log(high) + 0.05], y: [0.0, 1.02] };
+    let frame = Frame {
+        left: 52.0,
+        top: 12.0,
+        width: 270.0,
+        height: 230.0,
+        x: [log(low) - 0.05, log(high) + 0.05],
+        y: [0.0, 1.02],
+    };
     let mut lines: BTreeMap<&str, Vec<(f64, f64)>> = BTreeMap::new();
     for entry in entries {
         lines.entry(&entry.optimizer).or_default().push((log(entry.budget), entry.within_2mm));
@@ -78,16 +92,16 @@ fn against_budget(entries: &[&Entry], budgets: &BTreeSet<u64>, looks: &Looks<'_>
     let xs: Vec<_> = budgets.iter().map(|b| (log(*b), b.to_string())).collect();
     let ends = lines.iter().filter_map(|(name, points)| points.last().map(|(_, y)| (*name, frame.py(*y)))).collect();
     html! {
-        svg class="plot" role="img" aria-label={"Share within 2 mm against budget: " (label)} viewBox="0 0 490 282" width="490" {
+        svg class="plot" role="img" aria-label={"Share within 2 mm against budget: " (label)} viewBox="0 0 516 282" width="516" {
             (frame.axes(&xs, &shares(), ["budget (evaluations)", "within 2 mm (%)"], true))
             @for (name, points) in &lines {
                 @let look = looks[name];
-                path class={"line s" (look % SERIES)} stroke-dasharray=(dashes(look)) d=(path(&frame, points)) { title { (name) } }
+                path class={"line s" (look % SERIES) (weight(name))} stroke-dasharray=(dashes(look)) d=(path(&frame, points)) { title { (name) } }
                 @for (x, y) in points { (svg::marker(look, frame.px(*x), frame.py(*y))) }
             }
             @for (name, from, to) in spread(ends, frame.top + 4.0, frame.bottom()) {
                 path class="leader" d={"M" (n(frame.right() + 2.0)) " " (n(from)) "L" (n(frame.right() + 12.0)) " " (n(to))} {}
-                text class={"direct t" (looks[name] % SERIES)} x=(n(frame.right() + 15.0)) y=(n(to + 3.5)) { (name) }
+                text class={"direct t" (looks[name] % SERIES) (weight(name))} x=(n(frame.right() + 15.0)) y=(n(to + 3.5)) { (name) }
             }
         }
     }
@@ -113,7 +127,8 @@ fn spread(mut labels: Vec<(&str, f64)>, top: f64, bottom: f64) -> Vec<(&str, f64
 
 fn distribution(run: &Run<CompareLine>, (dof, error, budget): (u64, &str, u64), looks: &Looks<'_>) -> Markup {
     let log = |mm: f64| mm.max(NEAR_MM).log10();
-    let frame = Frame { left: 52.0, top: 12.0, width: 380.0, height: 230.0, x: [log(NEAR_MM), log(FAR_MM)], y: [0.0, 1.02] };
+    let frame =
+        Frame { left: 52.0, top: 12.0, width: 380.0, height: 230.0, x: [log(NEAR_MM), log(FAR_MM)], y: [0.0, 1.02] };
     let methods = by_method(&run.rows);
     let xs: Vec<_> = [0.1, 0.3, 1.0, 2.0, 10.0, 30.0, 100.0, 300.0].iter().map(|v| (log(*v), sig(*v, 2))).collect();
     html! {
@@ -125,7 +140,7 @@ fn distribution(run: &Run<CompareLine>, (dof, error, budget): (u64, &str, u64), 
             @for (name, look) in looks {
                 @if let Some(rows) = methods.get(&(dof, budget, error, *name)) {
                     @let steps = steps(rows);
-                    path class={"line s" (look % SERIES)} stroke-dasharray=(dashes(*look))
+                    path class={"line s" (look % SERIES) (weight(name))} stroke-dasharray=(dashes(*look))
                         d=(path(&frame, &steps.iter().map(|(mm, y)| (log(*mm), *y)).collect::<Vec<_>>())) { title { (name) } }
                     @for p in [0.5, 0.9] {
                         @if let Some((mm, _)) = steps.iter().find(|(_, y)| *y >= p - 1e-9) {
@@ -140,7 +155,8 @@ fn distribution(run: &Run<CompareLine>, (dof, error, budget): (u64, &str, u64), 
 
 /// The empirical distribution as corners of a staircase: (millimetres, share), thinned to what a screen shows.
 fn steps(rows: &[&CompareLine]) -> Vec<(f64, f64)> {
-    let mut errors: Vec<f64> = rows.iter().filter_map(|r| r.location_m).map(|m| m * 1e3).filter(|v| *v <= FAR_MM).collect();
+    let mut errors: Vec<f64> =
+        rows.iter().filter_map(|r| r.location_m).map(|m| m * 1e3).filter(|v| *v <= FAR_MM).collect();
     errors.sort_by(f64::total_cmp);
     let every = errors.len().div_ceil(200).max(1);
     let mut corners = vec![(NEAR_MM, 0.0)];

@@ -72,7 +72,8 @@ fn surfaces(dir: &Path) {
 /// A map: converged within `basin` metres of x, with location errors of about `off` metres.
 fn map(dir: &Path, stem: &str, settings: Value, basin: f64, off: f64, phis: &[f64]) {
     let mut dice = Dice(stem.len() as u64 + 7);
-    let mut csv = String::from("x,y,phi,class,final_error,location_error_m,yaw_error_rad,evaluations,time_s,stop_reason\n");
+    let mut csv =
+        String::from("x,y,phi,class,final_error,location_error_m,yaw_error_rad,evaluations,time_s,stop_reason\n");
     let mut evaluations = 0.0;
     for phi in phis {
         for (x, y) in grid() {
@@ -85,7 +86,14 @@ fn map(dir: &Path, stem: &str, settings: Value, basin: f64, off: f64, phis: &[f6
             let used = (20.0 + 60.0 * dice.roll()).round();
             evaluations += used;
             let time = used * 1.1e-4;
-            writeln!(csv, "{},{},{phi},{class},{error},{location},{},{used},{time},{reason}", x as f32, y as f32, 0.01 * dice.roll()).unwrap();
+            writeln!(
+                csv,
+                "{},{},{phi},{class},{error},{location},{},{used},{time},{reason}",
+                x as f32,
+                y as f32,
+                0.01 * dice.roll()
+            )
+            .unwrap();
         }
     }
     let starts = (grid().len() * phis.len()) as f64;
@@ -100,9 +108,7 @@ fn maps(dir: &Path) {
         changed[key] = value;
         changed
     };
-    let default = |noise: bool, dof: u8| {
-        json!({"error": "geometric", "optimizer": "levenberg-marquardt", "sensors": "real", "noise": noise, "dof": dof, "seed": 1})
-    };
+    let default = |noise: bool, dof: u8| json!({"error": "geometric", "optimizer": "levenberg-marquardt", "sensors": "real", "noise": noise, "dof": dof, "seed": 1});
     map(dir, "converge-default", default(false, 2), 1.0, 0.0004, &[0.0]);
     map(dir, "converge-default-noise", default(true, 2), 1.0, 0.002, &[0.0]);
     map(dir, "converge-published", published(), 0.06, 0.008, &[0.0]);
@@ -133,11 +139,18 @@ fn compare(dir: &Path) {
         for (optimizer, skill) in optimizers {
             for budget in [10u32, 30, 100, 300, 1000] {
                 for problem in 0..40 {
-                    let power = skill * f64::from(budget).log10() * if error == "geometric" { 1.5 } else { 0.7 } / f64::from(dof - 1);
+                    let power = skill * f64::from(budget).log10() * if error == "geometric" { 1.5 } else { 0.7 }
+                        / f64::from(dof - 1);
                     let location = 0.08 * 10f64.powf(-power * (0.4 + dice.roll()));
                     let seen = if problem % 7 == 0 { "not observable" } else { "observable" };
                     let used = f64::from(budget) * (0.6 + 0.4 * dice.roll());
-                    writeln!(csv, "p{problem},{dof},{error},{optimizer},{budget},{location},0.01,0.3,{},{},budget,{seen}", used.round(), used * 9e-6).unwrap();
+                    writeln!(
+                        csv,
+                        "p{problem},{dof},{error},{optimizer},{budget},{location},0.01,0.3,{},{},budget,{seen}",
+                        used.round(),
+                        used * 9e-6
+                    )
+                    .unwrap();
                 }
             }
         }
@@ -147,7 +160,8 @@ fn compare(dir: &Path) {
 
 fn trials(dir: &Path) {
     let mut dice = Dice(11);
-    let mut csv = String::from("seed,position_error_m,yaw_error_rad,sd_x_m,sd_y_m,confidently_wrong,trials,outcome,class\n");
+    let mut csv =
+        String::from("seed,position_error_m,yaw_error_rad,sd_x_m,sd_y_m,confidently_wrong,trials,outcome,class\n");
     for seed in 1..=300 {
         let gauss = (-2.0 * dice.roll().max(1e-12).ln()).sqrt() * (TAU * dice.roll()).cos();
         let (class, location) = match dice.roll() {
@@ -157,7 +171,13 @@ fn trials(dir: &Path) {
         };
         let sure = class == "wrong" && dice.roll() < 0.5;
         let outcome = if class == "wrong" { "refused: no grasp reachable" } else { "transported" };
-        writeln!(csv, "{seed},{location},{},0.0004,0.0005,{sure},{},{outcome},{class}", 0.004 * dice.roll(), 2 + seed % 3).unwrap();
+        writeln!(
+            csv,
+            "{seed},{location},{},0.0004,0.0005,{sure},{},{outcome},{class}",
+            0.004 * dice.roll(),
+            2 + seed % 3
+        )
+        .unwrap();
     }
     let by_touch = json!([
         {"touches": 1, "located": 12, "not_observable": 286, "wrong": 2},
@@ -165,7 +185,8 @@ fn trials(dir: &Path) {
         {"touches": 3, "located": 268, "not_observable": 27, "wrong": 5},
         {"touches": 4, "located": 279, "not_observable": 15, "wrong": 6},
     ]);
-    let settings = json!({"error": "geometric", "optimizer": "levenberg-marquardt", "dof": 3, "noise": true, "seed": 1});
+    let settings =
+        json!({"error": "geometric", "optimizer": "levenberg-marquardt", "dof": 3, "noise": true, "seed": 1});
     write(dir, "trials", "trials", settings, json!({"missions": 300, "by_touch": by_touch}), &csv);
 }
 
