@@ -160,10 +160,17 @@ fn table(entries: &[&Entry], caption: &str, class: &str) -> Markup {
     for entry in entries {
         groups.entry((entry.dof, entry.budget)).or_default().push(entry);
     }
+    for group in groups.values_mut() {
+        let median = |e: &Entry| e.median_m.unwrap_or(f64::INFINITY);
+        group.sort_by(|a, b| b.within_2mm.total_cmp(&a.within_2mm).then(median(a).total_cmp(&median(b))));
+    }
     html! {
         div class=(class) {
-            table class="sortable" {
-                caption { (caption) " Evaluations and time: medians. ★ and bold: the best of its column among the methods with the same degrees of freedom and budget." }
+            table class="sortable dense" {
+                caption {
+                    (caption) " Evaluations and time: medians. The methods with the same degrees of freedom and budget stand together, those with most within 2 mm first; "
+                    "★ and bold: the best of its column among them."
+                }
                 thead { tr {
                     th { "error" } th { "optimiser" } th class="num" { "DOF" } th class="num" { "budget" } th class="num" { "problems" }
                     @for column in &COLUMNS { th class="num" { (column.head) } }
@@ -182,9 +189,7 @@ fn row(entry: &Entry, best: &[Option<String>]) -> Markup {
         tr {
             td { (entry.error) }
             td class="name" { (entry.optimizer) }
-            td class="num" { (entry.dof) }
-            td class="num" { (entry.budget) }
-            td class="num" { (entry.problems) }
+            @for count in [entry.dof, entry.budget, entry.problems as u64] { td class="num" { (count) } }
             @for (column, best) in COLUMNS.iter().zip(best) {
                 @let shown = column.shown(entry);
                 td class="num" data-v=[(column.value)(entry)] {

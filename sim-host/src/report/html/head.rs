@@ -39,7 +39,7 @@ fn dates(inputs: &Inputs) -> String {
         runs.iter().filter_map(|(_, _, made)| made.map(|m| m.split('T').next().unwrap_or(m))).collect();
     let total: f64 = runs.iter().filter_map(|(_, meta, _)| meta.wall_time_s).sum();
     let when = match (days.iter().min(), days.iter().max()) {
-        (Some(first), Some(last)) if first == last => format!("{first}"),
+        (Some(first), Some(last)) if first == last => (*first).to_string(),
         (Some(first), Some(last)) => format!("{first} to {last}"),
         _ => "date unknown".into(),
     };

@@ -61,11 +61,15 @@ pub struct Raster {
 impl Raster {
     /// The grid of these poses; `declared` helps where a component has one value only.
     pub fn of(poses: impl Iterator<Item = At> + Clone, declared: Option<&Grid>) -> Self {
-        Self {
-            x: Axis::of(poses.clone().map(|p| p.x), declared.and_then(|g| g.x)),
-            y: Axis::of(poses.clone().map(|p| p.y), declared.and_then(|g| g.y)),
-            phi: Axis::of(poses.map(|p| p.phi), None),
+        let mut x = Axis::of(poses.clone().map(|p| p.x), declared.and_then(|g| g.x));
+        let mut y = Axis::of(poses.clone().map(|p| p.y), declared.and_then(|g| g.y));
+        // A component with one value has no step of its own, whatever the file says.
+        match (x.values.len(), y.values.len()) {
+            (1, 2..) => x.step = y.step,
+            (2.., 1) => y.step = x.step,
+            _ => {}
         }
+        Self { x, y, phi: Axis::of(poses.map(|p| p.phi), None) }
     }
 
     /// Items by cell of the slice `phi`: `[iy * width + ix]`.

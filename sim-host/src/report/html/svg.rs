@@ -178,12 +178,24 @@ pub fn lowest_mark(x: f64, y: f64, r: f64) -> Markup {
 }
 
 /// How many distinct looks lines have before they repeat.
-pub const SERIES: usize = 10;
+pub const SERIES: usize = 12;
 
 /// Dashes of the line of a series.
 pub fn dashes(series: usize) -> &'static str {
-    const DASHES: [&str; SERIES] =
-        ["none", "7 3", "2 2.5", "9 3 2 3", "none", "5 2", "2 4", "11 3 2 3 2 3", "none", "3.5 1.5"];
+    const DASHES: [&str; SERIES] = [
+        "none",
+        "7 3",
+        "2 2.5",
+        "9 3 2 3",
+        "none",
+        "5 2",
+        "2 4",
+        "11 3 2 3 2 3",
+        "none",
+        "3.5 1.5",
+        "8 2 1 2",
+        "1.5 1.5",
+    ];
     DASHES[series % SERIES]
 }
 
@@ -199,7 +211,9 @@ pub fn marker(series: usize, x: f64, y: f64) -> Markup {
         6 => "M-4.5 0h9M0 -4.5v9",
         7 => "M-4.5 -4.5L4.5 -4.5L-4.5 4.5L4.5 4.5z",
         8 => "M-4.5 0L4.5 -4.5V4.5z",
-        _ => "M4.5 0L-4.5 -4.5V4.5z",
+        9 => "M4.5 0L-4.5 -4.5V4.5z",
+        10 => "M0 -5L1.4 -1.6L5 -1.6L2.2 0.7L3.2 4.2L0 2.1L-3.2 4.2L-2.2 0.7L-5 -1.6L-1.4 -1.6z",
+        _ => "M-4.5 0L-2.2 -4H2.2L4.5 0L2.2 4H-2.2z",
     };
     html! { path class={"mark s" (series % SERIES)} transform={"translate(" (n(x)) " " (n(y)) ")"} d=(path) {} }
 }

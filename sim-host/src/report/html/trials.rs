@@ -17,6 +17,8 @@ pub struct AfterTouch {
     located: usize,
     not_observable: usize,
     wrong: usize,
+    /// Missions whose evidence does not tell the pose as exactly as a grasp needs it.
+    ambiguous: Option<usize>,
 }
 
 impl AfterTouch {
@@ -57,9 +59,9 @@ fn count(rows: &[TrialLine], verdict: Verdict) -> usize {
 pub fn section(batches: &[Batch<'_>]) -> Markup {
     html! {
         p {
-            "Every mission had its own true pose, guess and noise. " b { "Located" } ": the pose was found. " b { "Not observable" }
-            ": several poses explain what was felt within its noise, and the controller says so. " b { "Wrong" }
-            ": neither. A mission is " b { "confidently wrong" } " if the truth lies outside what the controller believed possible."
+            "Every mission had its own true pose, guess and noise. " b { "Located" } ": the belief is within 2 mm and 1° of the truth. " b { "Not observable" }
+            ": it is not, but the true pose explains what was felt within its noise as well, so the evidence does not tell. " b { "Wrong" }
+            ": it is not, although the evidence tells. A mission is " b { "confidently wrong" } " if the truth lies clearly outside what the controller itself believed possible."
         }
         @for batch in batches { (section_of(batch)) }
     }
@@ -140,17 +142,26 @@ fn bar(frame: &Frame, after: &AfterTouch, top: f64, height: f64) -> Markup {
 }
 
 fn touch_table(table: &[AfterTouch]) -> Markup {
+    let ambiguous = table.iter().any(|t| t.ambiguous.is_some());
+    let cell = |count: Option<usize>, after: &AfterTouch| {
+        count.map_or(NONE.into(), |n| format!("{n} ({})", percent(share(n, after.total()))))
+    };
     html! {
         div class="scroll" {
             table {
-                caption { "Missions by what is known after each touch." }
+                caption {
+                    "Missions by what is known after each touch, and their share in %; a mission that needed fewer touches counts as it ended."
+                    @if ambiguous { " Ambiguous: those whose evidence does not tell the pose as exactly as a grasp needs it, wherever the belief is." }
+                }
                 thead { tr {
                     th class="num" { "touches" }
-                    @for verdict in Verdict::ALL { th class="num" { (verdict.name()) } th class="num" { "(%)" } }
+                    @for verdict in Verdict::ALL { th class="num" { (verdict.name()) " (%)" } }
+                    @if ambiguous { th class="num" { "ambiguous (%)" } }
                 } }
                 tbody { @for after in table { tr {
                     td class="num" { (after.touches) }
-                    @for (_, count) in after.counts() { td class="num" { (count) } td class="num" { (percent(share(count, after.total()))) } }
+                    @for (_, count) in after.counts() { td class="num" { (cell(Some(count), after)) } }
+                    @if ambiguous { td class="num" { (cell(after.ambiguous, after)) } }
                 } } }
             }
         }

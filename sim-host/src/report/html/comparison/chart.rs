@@ -20,6 +20,10 @@ fn weight(name: &str) -> &'static str {
     if name == DEFAULT { " default" } else { "" }
 }
 
+fn dash(name: &str, look: usize) -> &'static str {
+    if name == DEFAULT { "none" } else { dashes(look) }
+}
+
 /// The look of every optimiser, the same in all charts.
 type Looks<'a> = BTreeMap<&'a str, usize>;
 
@@ -30,7 +34,7 @@ pub fn charts(run: &Run<CompareLine>, entries: &[Entry], budget: u64) -> Markup 
     let panels: BTreeSet<(u64, &str)> = entries.iter().map(|e| (e.dof, e.error.as_str())).collect();
     let budgets: BTreeSet<u64> = entries.iter().map(|e| e.budget).collect();
     html! {
-        @for (dof, error) in panels {
+        @for (i, (dof, error)) in panels.into_iter().enumerate() {
             @let here: Vec<&Entry> = entries.iter().filter(|e| e.dof == dof && e.error == error).collect();
             figure class="wide" {
                 h4 { (dof) "-DOF, error " (error) }
@@ -39,11 +43,11 @@ pub fn charts(run: &Run<CompareLine>, entries: &[Entry], budget: u64) -> Markup 
                     (distribution(run, (dof, error, budget), &looks))
                 }
                 (key(&looks))
-                figcaption {
+                figcaption { @if i > 0 { (dof) "-DOF, error " (error) "; to be read as the first chart of this comparison." } @else {
                     @if budgets.len() > 1 { "Left: share of problems within 2 mm against the budget of evaluations; higher and further left is better. Right: s" } @else { "S" }
                     "hare of problems whose location error is at most the value below, at " (budget) " evaluations; the marks stand at the median and the 90th percentile. "
                     "The heavy line is the default optimiser. A line that rises early and reaches 100 % is good; where it ends below, the rest is off by more than " (sig(FAR_MM, 3)) " mm or has no answer."
-                }
+                } }
             }
         }
     }
@@ -55,7 +59,7 @@ fn key(looks: &Looks<'_>) -> Markup {
             @for (name, look) in looks {
                 li {
                     svg viewBox="0 0 36 14" width="36" height="14" {
-                        line class={"line s" (look % SERIES) (weight(name))} stroke-dasharray=(dashes(*look)) x1="0" x2="36" y1="7" y2="7" {}
+                        line class={"line s" (look % SERIES) (weight(name))} stroke-dasharray=(dash(name, *look)) x1="0" x2="36" y1="7" y2="7" {}
                         (svg::marker(*look, 18.0, 7.0))
                     }
                     (name)
@@ -96,7 +100,7 @@ fn against_budget(entries: &[&Entry], budgets: &BTreeSet<u64>, looks: &Looks<'_>
             (frame.axes(&xs, &shares(), ["budget (evaluations)", "within 2 mm (%)"], true))
             @for (name, points) in &lines {
                 @let look = looks[name];
-                path class={"line s" (look % SERIES) (weight(name))} stroke-dasharray=(dashes(look)) d=(path(&frame, points)) { title { (name) } }
+                path class={"line s" (look % SERIES) (weight(name))} stroke-dasharray=(dash(name, look)) d=(path(&frame, points)) { title { (name) } }
                 @for (x, y) in points { (svg::marker(look, frame.px(*x), frame.py(*y))) }
             }
             @for (name, from, to) in spread(ends, frame.top + 4.0, frame.bottom()) {
@@ -140,7 +144,7 @@ fn distribution(run: &Run<CompareLine>, (dof, error, budget): (u64, &str, u64), 
             @for (name, look) in looks {
                 @if let Some(rows) = methods.get(&(dof, budget, error, *name)) {
                     @let steps = steps(rows);
-                    path class={"line s" (look % SERIES) (weight(name))} stroke-dasharray=(dashes(*look))
+                    path class={"line s" (look % SERIES) (weight(name))} stroke-dasharray=(dash(name, *look))
                         d=(path(&frame, &steps.iter().map(|(mm, y)| (log(*mm), *y)).collect::<Vec<_>>())) { title { (name) } }
                     @for p in [0.5, 0.9] {
                         @if let Some((mm, _)) = steps.iter().find(|(_, y)| *y >= p - 1e-9) {

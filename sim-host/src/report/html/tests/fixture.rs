@@ -180,7 +180,7 @@ fn trials(dir: &Path) {
         .unwrap();
     }
     let by_touch = json!([
-        {"touches": 1, "located": 12, "not_observable": 286, "wrong": 2},
+        {"touches": 1, "located": 12, "not_observable": 286, "wrong": 2, "ambiguous": 260},
         {"touches": 2, "located": 213, "not_observable": 82, "wrong": 5},
         {"touches": 3, "located": 268, "not_observable": 27, "wrong": 5},
         {"touches": 4, "located": 279, "not_observable": 15, "wrong": 6},
