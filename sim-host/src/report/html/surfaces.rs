@@ -172,6 +172,8 @@ fn table_row(run: &Run<SurfaceLine>, raster: &Raster, i: usize, phi: f64) -> Mar
         run.meta.truth.map(|t| (raster.x.values[*ix] - t.x).hypot(raster.y.values[*iy] - t.y))
     };
     let off = slice.lowest.iter().filter_map(distance).reduce(f64::max);
+    // Nearer than a micrometre is single precision, not a distance.
+    let off = off.map(|m| if m < 1e-6 { 0.0 } else { m });
     let shown = |v: Option<f64>| v.map_or(super::number::NONE.to_string(), |v| sig(v, 3));
     html! {
         tr {

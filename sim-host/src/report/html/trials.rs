@@ -75,8 +75,13 @@ fn section_of(Batch { run, by_touch }: &Batch<'_>) -> Markup {
             div class="figures" {
                 figure {
                     (bars(by_touch, &run.meta.title))
-                    (legend())
-                    figcaption { "Share of missions by what is known after each touch, each bar all missions; the numbers are missions. The next touch is chosen to remove what is not observable: that part should vanish from bar to bar." }
+                    @let ambiguous = by_touch.iter().any(|t| t.ambiguous.is_some());
+                    (legend(ambiguous))
+                    figcaption {
+                        "Share of missions by what is known after each touch, each bar all missions; the numbers are missions. "
+                        @if ambiguous { "The brace above a bar is the share whose evidence is ambiguous. " }
+                        "The next touch is chosen to tell what is not known yet: from bar to bar, these parts should vanish."
+                    }
                 }
                 (touch_table(by_touch))
             }
@@ -84,7 +89,7 @@ fn section_of(Batch { run, by_touch }: &Batch<'_>) -> Markup {
         div class="figures" {
             figure {
                 (histogram(&run.rows, &run.meta.title))
-                (legend())
+                (legend(false))
                 figcaption { "Missions by location error of the final belief; the bins are equal on the logarithmic axis, the first and the last hold all beyond. Dotted lines: 2 and 10 mm." }
             }
             (facts(&run.rows))
@@ -93,11 +98,14 @@ fn section_of(Batch { run, by_touch }: &Batch<'_>) -> Markup {
     }
 }
 
-fn legend() -> Markup {
+fn legend(ambiguous: bool) -> Markup {
     html! {
         ul class="legend" {
             @for verdict in Verdict::ALL {
                 li { svg viewBox="0 0 20 14" width="20" height="14" { rect class={"swatch v-" (verdict.css())} width="20" height="14" {} } (verdict.name()) }
+            }
+            @if ambiguous {
+                li { svg viewBox="0 0 24 14" width="24" height="14" { path class="brace" d="M2 11V5H22V11" {} } "evidence ambiguous" }
             }
         }
     }
@@ -105,7 +113,7 @@ fn legend() -> Markup {
 
 fn bars(table: &[AfterTouch], title: &str) -> Markup {
     const BAR: f64 = 26.0;
-    const GAP: f64 = 10.0;
+    const GAP: f64 = 14.0;
     let height = table.len() as f64 * (BAR + GAP) + GAP;
     let frame = Frame { left: 58.0, top: 8.0, width: 380.0, height, x: [0.0, 1.0], y: [0.0, 1.0] };
     let middle = |i: usize| GAP + i as f64 * (BAR + GAP) + BAR / 2.0;
@@ -127,6 +135,12 @@ fn bar(frame: &Frame, after: &AfterTouch, top: f64, height: f64) -> Markup {
         (verdict, count, start, from)
     });
     html! {
+        @if let Some(count) = after.ambiguous {
+            @let end = frame.px(share(count, after.total().max(1)));
+            path class="brace" d={"M" (n(frame.left + 1.0)) " " (n(top - 1.0)) "v-5H" (n(end)) "v5"} {
+                title { "after " (after.touches) " touches: the evidence of " (count) " is ambiguous" }
+            }
+        }
         @for (verdict, count, start, end) in parts {
             @let (left, width) = (frame.px(start), (end - start) * frame.width);
             @if count > 0 {
