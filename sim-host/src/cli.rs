@@ -9,7 +9,7 @@ use crate::experiment::capture::Task;
 use crate::experiment::trials::{self, TrialsOptions};
 use crate::hooks::Hooks;
 use crate::method::MethodArgs;
-use crate::mission::{self, MissionOptions, MissionReport, Progressed, Reality};
+use crate::mission::{self, MissionOptions, MissionReport, Progressed};
 use crate::report::{progress::Progress, summary::Summary, terminal};
 use crate::scenario::Scenario;
 use crate::serve::serve;

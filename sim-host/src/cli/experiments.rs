@@ -4,17 +4,21 @@ use super::{CommonArgs, is_quiet, scenario, triple, with_dof};
 use crate::experiment::compare::{self, CompareOptions};
 use crate::experiment::converge::{self, ConvergeOptions};
 use crate::experiment::grid::{Axis, Grid};
-use crate::experiment::method::{self, ErrorKind, Formulation, Method};
+use crate::experiment::method::{self, Formulation, Method};
 use crate::experiment::record::Record;
 use crate::experiment::surface;
 use crate::mission::Reality;
 use clap::Args;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
-use tactus_controller::optimise::{Gradient, Method as Optimiser, SearchOptions};
+use tactus_common::message::ROLLOUT_INSTANTS;
+use tactus_controller::error::ErrorKind;
+use tactus_controller::optimise::{Gradient, Method as Optimiser};
+use tactus_controller::predict::PredictorKind;
+use tactus_controller::update::UpdateConfig;
 
-/// The published criterion: a search ends below this (Nikandrova 2011, section on the regions of convergence).
-const GOAL_ERROR: f32 = 1.0;
+/// Evaluations of the published method from one start, at most.
+const PUBLISHED_EVALUATIONS: u16 = 200;
 
 /// What every experiment takes.
 #[derive(Args, Debug)]
@@ -48,9 +52,13 @@ struct GridArgs {
     /// Grid in phi, radians.
     #[arg(long, value_name = "MIN,MAX,STEP", default_value = "-0.7,0.7,0.35", allow_hyphen_values = true)]
     phi: Axis,
-    /// Error function.
-    #[arg(long, value_enum, default_value_t = ErrorKind::Geometric)]
+    /// Error function: contact, weighted, modified (the published ones) or geometric.
+    #[arg(long, value_name = "NAME", default_value = "geometric", value_parser = method::error)]
     error: ErrorKind,
+    /// What foretells the readings of fixed touches for the published errors: kinematic or simulation (replan always
+    /// simulates).
+    #[arg(long, value_name = "NAME", default_value = "kinematic", value_parser = method::predictor)]
+    predictor: PredictorKind,
     /// What is repeated at each pose [default: replan for the published errors, fixed for the geometric one].
     #[arg(long, value_enum)]
     formulation: Option<Formulation>,
@@ -58,7 +66,7 @@ struct GridArgs {
     #[arg(long, value_name = "A", default_value_t = 4.0, value_parser = positive)]
     damping: f32,
     /// Instants at which contacts are compared (errors contact, weighted and modified).
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u8).range(1..=16))]
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u8).range(1..=ROLLOUT_INSTANTS as i64))]
     instants: u8,
     /// Most touches of a mission (formulation fixed).
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u8).range(1..=8))]
@@ -84,12 +92,12 @@ pub(super) struct ConvergeArgs {
     /// Optimiser [default: levenberg-marquardt for the geometric error, steepest-descent-golden for the others].
     #[arg(long, value_name = "NAME", value_parser = method::optimizer)]
     optimizer: Option<Optimiser>,
-    /// Where slopes come from: one-sided, two-sided, or analytic where the error has one.
-    #[arg(long, value_name = "NAME", default_value = "two-sided", value_parser = method::gradient)]
+    /// Where slopes come from: one-sided, two-sided, or analytic where the error has one, two-sided where not.
+    #[arg(long, value_name = "NAME", default_value = "analytic", value_parser = method::gradient)]
     gradient: Gradient,
-    /// Most evaluations from one start.
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(1..))]
-    evaluations: u16,
+    /// Most evaluations of one search [default: as many as the method takes; 200 for the published errors].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    evaluations: Option<u16>,
 }
 
 /// `tactus compare`.
@@ -108,9 +116,12 @@ pub(super) struct CompareArgs {
           value_parser = clap::value_parser!(u8).range(1..=3))]
     dof: Vec<u8>,
     /// Errors, with commas between them.
-    #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',',
-          default_values_t = ErrorKind::ALL)]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_value = "geometric,modified,weighted,contact",
+          value_parser = method::error)]
     error: Vec<ErrorKind>,
+    /// What foretells the readings for the published errors: kinematic or simulation.
+    #[arg(long, value_name = "NAME", default_value = "kinematic", value_parser = method::predictor)]
+    predictor: PredictorKind,
     /// Budgets of evaluations, with commas between them.
     #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "30,100,300",
           value_parser = clap::value_parser!(u16).range(1..))]
@@ -128,12 +139,7 @@ fn positive(text: &str) -> Result<f32, String> {
 }
 
 /// The options of a grid and a method.
-fn options(
-    experiment: &ExperimentArgs,
-    args: &GridArgs,
-    optimizer: Optimiser,
-    search: SearchOptions,
-) -> anyhow::Result<ConvergeOptions> {
+fn options(experiment: &ExperimentArgs, args: &GridArgs, search: UpdateConfig) -> anyhow::Result<ConvergeOptions> {
     let scenario = scenario(&experiment.common)?;
     let truth = scenario.true_pose();
     let grid = Grid {
@@ -152,12 +158,14 @@ fn options(
         scenario,
         grid,
         method: Method {
-            error: args.error,
             formulation,
-            optimizer,
-            options: search,
-            damping: args.damping,
-            instants: usize::from(args.instants),
+            config: UpdateConfig {
+                error: args.error,
+                predictor: args.predictor,
+                damping: args.damping,
+                instants: args.instants,
+                ..search
+            },
         },
         reality: experiment.reality,
         seed: experiment.common.seed,
@@ -187,7 +195,7 @@ pub(super) fn write(csv: Option<&Path>, summary: Option<&Path>, record: &Record)
 }
 
 pub(super) fn surface(args: &SurfaceArgs, line: &str) -> anyhow::Result<u8> {
-    let options = options(&args.experiment, &args.grid, Optimiser::LevenbergMarquardt, SearchOptions::default())?;
+    let options = options(&args.experiment, &args.grid, UpdateConfig::default())?;
     let (statistics, record) = surface::run(&options, args.experiment.csv.as_deref())?;
     report(&args.experiment, &statistics, record, line)
 }
@@ -195,14 +203,13 @@ pub(super) fn surface(args: &SurfaceArgs, line: &str) -> anyhow::Result<u8> {
 pub(super) fn converge(args: &ConvergeArgs, line: &str) -> anyhow::Result<u8> {
     let published = args.grid.error.published().is_some();
     let by_default = if published { Optimiser::SteepestDescentGolden } else { Optimiser::LevenbergMarquardt };
-    let search = SearchOptions {
-        evaluations_max: args.evaluations,
-        gradient: args.gradient,
-        goal_error: if published { GOAL_ERROR } else { 0.0 },
-        seed: args.experiment.common.seed,
-        ..SearchOptions::default()
+    let search = UpdateConfig {
+        optimiser: args.optimizer.unwrap_or(by_default),
+        gradient: if published && args.gradient == Gradient::Analytic { Gradient::TwoSided } else { args.gradient },
+        evaluations_max: args.evaluations.unwrap_or(if published { PUBLISHED_EVALUATIONS } else { 0 }),
+        ..UpdateConfig::default()
     };
-    let options = options(&args.experiment, &args.grid, args.optimizer.unwrap_or(by_default), search)?;
+    let options = options(&args.experiment, &args.grid, search)?;
     let (statistics, record) = converge::run(&options, args.experiment.csv.as_deref())?;
     report(&args.experiment, &statistics, record, line)
 }
@@ -214,6 +221,7 @@ pub(super) fn compare(args: &CompareArgs, line: &str) -> anyhow::Result<u8> {
         count: args.count,
         offset: with_dof(args.offset, 3)?,
         dofs: args.dof.clone(),
+        predictor: args.predictor,
         errors: args.error.clone(),
         budgets: args.budget.clone(),
         reality: args.experiment.reality,

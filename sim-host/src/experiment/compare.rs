@@ -5,10 +5,11 @@
 
 use super::capture::{Task, carry_out};
 use super::jobs::{self, Work};
-use super::method::{ErrorKind, Formulation, Method};
+use super::method::Formulation;
 use super::observability::Observed;
 use super::record::{Record, quantile, write_csv};
 use super::trials::truth_of;
+use crate::mental::MentalModel;
 use crate::method::MethodOptions;
 use crate::mission::{MissionOptions, Reality, guess_around};
 use crate::scenario::Scenario;
@@ -18,7 +19,10 @@ use std::fmt;
 use std::path::Path;
 use std::time::Instant;
 use tactus_common::pose::{Interval, wrap};
-use tactus_controller::optimise::{Gradient, Method as Optimiser, SearchOptions};
+use tactus_controller::error::ErrorKind;
+use tactus_controller::optimise::Method as Optimiser;
+use tactus_controller::predict::PredictorKind;
+use tactus_controller::update::UpdateConfig;
 
 /// What to compare.
 #[derive(Clone, Debug)]
@@ -33,6 +37,8 @@ pub struct CompareOptions {
     pub offset: Interval,
     /// Numbers of unknown components: 1 = x, 2 = x and y, 3 = all.
     pub dofs: Vec<u8>,
+    /// What foretells the readings for the published errors.
+    pub predictor: PredictorKind,
     /// The errors.
     pub errors: Vec<ErrorKind>,
     /// Most evaluations.
@@ -186,7 +192,7 @@ pub fn run(options: &CompareOptions, csv: Option<&Path>) -> anyhow::Result<(Stat
     let started = Instant::now();
     let settings = json!({
         "errors": options.errors.iter().map(|e| e.name()).collect::<Vec<_>>(),
-        "formulation": Formulation::Fixed.name(),
+        "formulation": Formulation::Fixed.name(), "predictor": options.predictor.name(),
         "budgets": options.budgets, "dofs": options.dofs, "count": options.count, "seed": options.seed,
         "noise": options.reality == Reality::Mismatched, "trials_max": options.trials_max,
         "offset": options.offset.to_array(),
@@ -194,9 +200,10 @@ pub fn run(options: &CompareOptions, csv: Option<&Path>) -> anyhow::Result<(Stat
     let identity = json!({ "experiment": "compare", "settings": settings, "scene": options.scenario.name });
     let work =
         Work { unit: "problems", threads: options.jobs, quiet: options.quiet, settings: &identity, results: csv };
+    let mental = MentalModel::new()?;
     let per_dof = options.count as usize;
     let rows: Vec<Vec<Row>> = jobs::run(&work, per_dof * options.dofs.len(), |i| {
-        solve(options, (i % per_dof) as u32, options.dofs[i / per_dof])
+        solve(options, (i % per_dof) as u32, options.dofs[i / per_dof], &mental)
     })?;
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
     if let Some(csv) = csv {
@@ -209,7 +216,7 @@ pub fn run(options: &CompareOptions, csv: Option<&Path>) -> anyhow::Result<(Stat
     Ok((statistics, record))
 }
 
-fn solve(options: &CompareOptions, problem: u32, dof: u8) -> anyhow::Result<Vec<Row>> {
+fn solve(options: &CompareOptions, problem: u32, dof: u8, mental: &MentalModel) -> anyhow::Result<Vec<Row>> {
     let seed = options.seed.wrapping_add(u64::from(problem));
     let [x_m, y_m, phi_rad] = options.offset.to_array();
     let interval =
@@ -232,23 +239,30 @@ fn solve(options: &CompareOptions, problem: u32, dof: u8) -> anyhow::Result<Vec<
     let observed = Observed::new(&last.evidence, &last.prior);
     let is_observable = observed.judge(&last.after.pose(), &last.truth).1.is_observable();
     let observability = if is_observable { OBSERVABLE } else { "not observable" };
-    let rows = methods(options).into_iter().map(|(error, optimizer, budget)| {
-        let options =
-            SearchOptions { evaluations_max: budget, gradient: Gradient::Analytic, seed, ..SearchOptions::default() };
-        let method = Method { error, formulation: Formulation::Fixed, optimizer, options, damping: 4.0, instants: 16 };
-        let found = method.search_fixed(last, &guess);
+    let rows = methods(options).into_iter().map(|(error, optimiser, evaluations_max)| {
+        let config = UpdateConfig {
+            error,
+            optimiser,
+            evaluations_max,
+            predictor: options.predictor,
+            // Every search goes on until its budget is spent, or it can find nothing better.
+            goal_error: 0.0,
+            ..UpdateConfig::default()
+        };
+        let found = last.afresh(&config, mental);
+        let pose = found.belief.pose();
         Row {
             problem,
             dof,
             error: error.name().to_owned(),
-            optimizer: optimizer.name().to_owned(),
-            budget,
-            location_error_m: libm::hypotf(found.pose.x_m - last.truth.x_m, found.pose.y_m - last.truth.y_m),
-            yaw_error_rad: wrap(found.pose.phi_rad - last.truth.phi_rad, last.prior.shape.yaw_symmetry_rad()).abs(),
-            final_error: found.error.is_finite().then_some(found.error),
-            evaluations: found.evaluations,
-            time_s: found.time_s,
-            stop_reason: found.reason.name().to_owned(),
+            optimizer: optimiser.name().to_owned(),
+            budget: evaluations_max,
+            location_error_m: libm::hypotf(pose.x_m - last.truth.x_m, pose.y_m - last.truth.y_m),
+            yaw_error_rad: wrap(pose.phi_rad - last.truth.phi_rad, last.prior.shape.yaw_symmetry_rad()).abs(),
+            final_error: found.stats.error.is_finite().then_some(found.stats.error),
+            evaluations: u32::from(found.stats.evaluations),
+            time_s: found.time.as_secs_f64(),
+            stop_reason: found.stats.stop.map_or_else(String::new, |reason| reason.name().to_owned()),
             observability: observability.to_owned(),
         }
     });

@@ -1,12 +1,13 @@
 //! Regions of convergence: from each start of a grid, does the search find the object? (Nikandrova 2011, fig. 26.)
 
-use super::capture::{Captured, Task, carry_out, repeat};
+use super::capture::{Captured, Task, carry_out};
 use super::grid::Grid;
 use super::jobs::{self, Work};
 use super::method::{Formulation, Method};
 use super::record::{Record, quantile, write_csv};
 use super::replan::Replan;
 use super::search::search;
+use crate::mental::MentalModel;
 use crate::method::MethodOptions;
 use crate::mission::{MissionOptions, Reality};
 use crate::scenario::Scenario;
@@ -21,7 +22,6 @@ use tactus_common::shape::ObjectShape;
 use tactus_controller::belief::Belief;
 use tactus_controller::error::Evaluation;
 use tactus_controller::optimise::Bounds;
-use tactus_controller::update::UpdateConfig;
 
 /// Chi-squared per degree of freedom up to which a belief explains its evidence.
 const CHI_SQUARED_MAX: f32 = 2.0;
@@ -172,7 +172,10 @@ pub fn run(options: &ConvergeOptions, csv: Option<&Path>) -> anyhow::Result<(Sta
             let replan = replan(options)?;
             jobs::run(&work, options.grid.count(), |i| Ok(search_replan(options, &replan, &options.grid.pose(i))))?
         }
-        Formulation::Fixed => jobs::run(&work, options.grid.count(), |i| search_fixed(options, i))?,
+        Formulation::Fixed => {
+            let mental = MentalModel::new()?;
+            jobs::run(&work, options.grid.count(), |i| search_fixed(options, i, &mental))?
+        }
     };
     if let Some(csv) = csv {
         write_csv(csv, outcomes.iter().map(|o| &o.row))?;
@@ -181,8 +184,8 @@ pub fn run(options: &ConvergeOptions, csv: Option<&Path>) -> anyhow::Result<(Sta
     let statistics = Statistics::of(&outcomes);
     let title = format!(
         "Regions of convergence: {} error, {}, {}",
-        options.method.error.name(),
-        options.method.optimizer.name(),
+        options.method.config.error.name(),
+        options.method.config.optimiser.name(),
         options.method.formulation.name()
     );
     let record = Record::new("converge", title, settings, started.elapsed().as_secs_f64())
@@ -207,18 +210,18 @@ fn shape(scenario: &Scenario) -> ObjectShape {
 /// The error is none of the published ones.
 pub fn replan(options: &ConvergeOptions) -> anyhow::Result<Replan> {
     let method = &options.method;
-    let error = method.error.published().ok_or_else(|| {
+    let published = method.config.published().ok_or_else(|| {
         anyhow::anyhow!("--formulation replan --error geometric: needs no trial per evaluation; expected: fixed")
     })?;
     let truth = options.scenario.true_pose();
-    Replan::new(shape(&options.scenario), truth, options.reality, options.seed, error, method.damping, method.instants)
+    Replan::new(shape(&options.scenario), truth, options.reality, options.seed, published)
 }
 
 fn search_replan(options: &ConvergeOptions, replan: &Replan, start: &PlanarPose) -> Outcome {
     let truth = options.scenario.true_pose();
     let bounds = Bounds::new(start, &options.grid.interval(&truth));
     let (trial, trials) = (Cell::new(Duration::ZERO), Cell::new(0));
-    let found = search(options.method.optimizer, start, &bounds, &options.method.options, |pose| {
+    let found = search(options.method.config.optimiser, start, &bounds, &options.method.search_options(), |pose| {
         let replanned = replan.evaluate(pose);
         trial.set(trial.get() + replanned.trial);
         trials.set(trials.get() + u32::from(!replanned.trial.is_zero()));
@@ -226,7 +229,7 @@ fn search_replan(options: &ConvergeOptions, replan: &Replan, start: &PlanarPose)
         Evaluation { error: replanned.error.unwrap_or(f32::INFINITY), slope: None }
     });
     let evidence_s = trial.get().as_secs_f64();
-    let converged = found.error < options.method.options.goal_error;
+    let converged = found.error < options.method.config.goal_error;
     let row = Row {
         final_error: found.error.is_finite().then_some(found.error),
         evaluations: found.evaluations,
@@ -237,7 +240,7 @@ fn search_replan(options: &ConvergeOptions, replan: &Replan, start: &PlanarPose)
     Outcome { row, evidence_s, trials: trials.get() }
 }
 
-fn search_fixed(options: &ConvergeOptions, index: usize) -> anyhow::Result<Outcome> {
+fn search_fixed(options: &ConvergeOptions, index: usize, mental: &MentalModel) -> anyhow::Result<Outcome> {
     let start = options.grid.pose(index);
     let truth = options.scenario.true_pose();
     let mission = MissionOptions {
@@ -253,8 +256,8 @@ fn search_fixed(options: &ConvergeOptions, index: usize) -> anyhow::Result<Outco
     let captured = carry_out(&mission, Task::Locate)?;
     Ok(match captured.last() {
         None => untouched(&start, &captured, &shape(&options.scenario), &truth),
-        Some(_) if options.method.is_default() => by_default(&start, &captured),
-        Some(_) => by_another(options, &start, &captured),
+        Some(_) if options.method.is_default() => by_default(options, &start, &captured, mental),
+        Some(_) => by_another(options, &start, &captured, mental),
     })
 }
 
@@ -265,13 +268,13 @@ fn untouched(start: &PlanarPose, captured: &Captured, shape: &ObjectShape, truth
 }
 
 /// The controller's own updates, one after each touch, as in the mission.
-fn by_default(start: &PlanarPose, captured: &Captured) -> Outcome {
+fn by_default(options: &ConvergeOptions, start: &PlanarPose, captured: &Captured, mental: &MentalModel) -> Outcome {
     let (mut time, mut evaluations, mut belief) = (Duration::ZERO, 0, Belief::default());
     for update in &captured.updates {
-        let (after, stats, took) = repeat(update, &UpdateConfig::default());
-        time += took;
-        evaluations += u32::from(stats.evaluations);
-        belief = after;
+        let again = update.repeat(&options.method.config, mental);
+        time += again.time;
+        evaluations += u32::from(again.stats.evaluations);
+        belief = again.belief;
     }
     let last = &captured.updates[captured.updates.len() - 1];
     let (residuals, chi_squared) = (belief.residuals(), belief.reduced_chi_squared());
@@ -288,21 +291,19 @@ fn by_default(start: &PlanarPose, captured: &Captured) -> Outcome {
 }
 
 /// Another method, on all evidence of the mission at once.
-fn by_another(options: &ConvergeOptions, start: &PlanarPose, captured: &Captured) -> Outcome {
+fn by_another(options: &ConvergeOptions, start: &PlanarPose, captured: &Captured, mental: &MentalModel) -> Outcome {
     let last = &captured.updates[captured.updates.len() - 1];
-    let found = options.method.search_fixed(last, start);
-    let contacts = last.evidence.contacts().len() as f32;
-    let unknown = last.prior.interval.to_array().iter().filter(|w| **w > 0.0).count() as f32;
-    let (final_error, limit) = match options.method.error.published() {
-        Some(_) => (found.error, options.method.options.goal_error),
-        None => (found.error / (contacts - unknown).max(1.0), CHI_SQUARED_MAX),
+    let found = last.afresh(&options.method.config, mental);
+    let (final_error, limit) = match options.method.config.published() {
+        Some(_) => (found.stats.error / last.felt.len().max(1) as f32, options.method.config.goal_error),
+        None => (found.belief.reduced_chi_squared(), CHI_SQUARED_MAX),
     };
     let row = Row {
         final_error: final_error.is_finite().then_some(final_error),
-        evaluations: found.evaluations,
-        time_s: found.time_s,
-        stop_reason: found.reason.name().to_owned(),
-        ..row(start, &found.pose, &last.truth, &last.prior.shape, final_error < limit)
+        evaluations: u32::from(found.stats.evaluations),
+        time_s: found.time.as_secs_f64(),
+        stop_reason: found.stats.stop.map_or_else(String::new, |reason| reason.name().to_owned()),
+        ..row(start, &found.belief.pose(), &last.truth, &last.prior.shape, final_error < limit)
     };
     Outcome { row, evidence_s: captured.wall_time_s, trials: last.touches }
 }

@@ -11,16 +11,17 @@ use crate::plan::{PlanRefusal, Planner, PlannerConfig};
 use crate::world::{HandStart, Scene};
 use std::time::{Duration, Instant};
 use tactus_common::limits::FINGERS;
-use tactus_common::message::ROLLOUT_TICKS;
+use tactus_common::message::ROLLOUT_INSTANTS;
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::source;
 use tactus_common::shape::ObjectShape;
-use tactus_controller::error::contact::{Closing, ContactError, ContactMatrix};
-use tactus_controller::touch::{TouchPlan, candidate};
+use tactus_controller::error::PublishedConfig;
+use tactus_controller::error::contact::{Closing, ContactMatrix};
+use tactus_controller::touch::{CLOSED_RAD, TouchPlan, candidate};
 
-/// Inner angle at which a finger that has met nothing stops, radians.
-const CLOSED_RAD: f32 = 1.75;
-/// Length of a rollout, seconds.
+/// Ticks of a rollout: 0.6 s.
+const ROLLOUT_TICKS: u32 = 300;
+/// Its length, seconds.
 const ROLLOUT_S: f32 = ROLLOUT_TICKS as f32 * tactus_common::limits::TICK_S;
 
 /// Why a pose has no error.
@@ -53,9 +54,7 @@ pub struct Replan {
     shape: ObjectShape,
     truth: PlanarPose,
     touch: TouchPlan,
-    error: ContactError,
-    damping: f32,
-    instants: usize,
+    published: PublishedConfig,
 }
 
 impl Replan {
@@ -68,9 +67,7 @@ impl Replan {
         truth: PlanarPose,
         reality: Reality,
         seed: u64,
-        error: ContactError,
-        damping: f32,
-        instants: usize,
+        published: PublishedConfig,
     ) -> anyhow::Result<Self> {
         let touch = candidate(0, &shape).ok_or_else(|| anyhow::anyhow!("no touch for this object"))?;
         Ok(Self {
@@ -80,9 +77,7 @@ impl Replan {
             shape,
             truth,
             touch,
-            error,
-            damping,
-            instants,
+            published,
         })
     }
 
@@ -103,7 +98,7 @@ impl Replan {
         let felt = self.close(&self.reality, pose, &self.truth);
         replanned.trial = started.elapsed();
         if let (Some(predicted), Some(felt)) = (predicted, felt) {
-            replanned.error = Ok(self.error.between(&predicted, &felt, self.damping));
+            replanned.error = Ok(self.published.between(&predicted, &felt));
         }
         replanned
     }
@@ -120,19 +115,19 @@ impl Replan {
             object: *object,
             half_extents_m: self.shape.half_extents_m(),
         };
-        Some(closing(&world.rollout(&input).ok()?, self.instants))
+        Some(closing(&world.rollout(&input).ok()?))
     }
 }
 
-/// A rollout as the published errors see it: contacts at `instants` equally spaced instants, and the angles at the end.
-pub fn closing(rollout: &RolloutOutcome, instants: usize) -> Closing {
+/// A rollout as the published errors see it: contacts at equally spaced instants, and the angles at the end.
+fn closing(rollout: &RolloutOutcome) -> Closing {
     let row = |i: usize| {
-        let at = (i + 1) * ROLLOUT_TICKS as usize / instants - 1;
+        let at = (i + 1) * ROLLOUT_TICKS as usize / ROLLOUT_INSTANTS - 1;
         // A rollout that ends early stays as it ended.
         rollout.samples.get(at).or(rollout.samples.last()).map_or(0, |sample| sample.contacts)
     };
     Closing {
-        contacts: ContactMatrix::new((0..instants).map(row)),
+        contacts: ContactMatrix::new((0..ROLLOUT_INSTANTS).map(row)),
         inner_rad: rollout.samples.last().map_or([0.0; FINGERS], |sample| sample.inner_rad),
     }
 }
@@ -144,7 +139,7 @@ mod tests {
     const TRUTH: PlanarPose = PlanarPose::new(0.2, -0.1, 0.0);
 
     fn replan(reality: Reality) -> Replan {
-        Replan::new(ObjectShape::THESIS_BOX, TRUTH, reality, 1, ContactError::Modified, 4.0, 16).unwrap()
+        Replan::new(ObjectShape::THESIS_BOX, TRUTH, reality, 1, PublishedConfig::default()).unwrap()
     }
 
     #[test]

@@ -5,6 +5,7 @@ use super::converge::{ConvergeOptions, replan};
 use super::jobs::{self, Work};
 use super::method::Formulation;
 use super::record::{Record, write_csv};
+use crate::mental::MentalModel;
 use crate::method::MethodOptions;
 use crate::mission::{MissionOptions, Reality, guess_around};
 use serde::{Deserialize, Serialize};
@@ -115,8 +116,9 @@ pub fn run(options: &ConvergeOptions, csv: Option<&Path>) -> anyhow::Result<(Sta
             let last = captured.last().ok_or_else(|| {
                 anyhow::anyhow!("the mission of seed {} touched nothing; expected another seed", options.seed)
             })?;
-            let error = options.method.fixed_error(last);
-            jobs::run(&work, count, |i| Ok(row(options, i, Ok(error(&options.grid.pose(i)).error))))?
+            let mental = MentalModel::new()?;
+            let error = options.method.fixed_error(last, &mental);
+            jobs::run(&work, count, |i| Ok(row(options, i, Ok(error(&options.grid.pose(i))))))?
         }
     };
     if let Some(csv) = csv {
@@ -124,7 +126,7 @@ pub fn run(options: &ConvergeOptions, csv: Option<&Path>) -> anyhow::Result<(Sta
         jobs::forget(csv)?;
     }
     let statistics = Statistics::of(&rows);
-    let title = format!("Error surface: {}, {}", options.method.error.name(), options.method.formulation.name());
+    let title = format!("Error surface: {}, {}", options.method.config.error.name(), options.method.formulation.name());
     let record = Record::new("surface", title, settings, started.elapsed().as_secs_f64())
         .with("truth", json!({ "x": truth.x_m, "y": truth.y_m, "phi": truth.phi_rad }))
         .with("grid", options.grid)
