@@ -1,9 +1,10 @@
 //! Comparison of all methods on the same problems.
 
 mod chart;
+mod overview;
 
 use super::head::KeyFigure;
-use super::input::{Meta, Run};
+use super::input::Run;
 use super::number::{NONE, mm, percent, quantile, share, sig};
 use super::row::CompareLine;
 use anyhow::Context;
@@ -110,13 +111,15 @@ pub fn section(all: &[Comparison<'_>]) -> Markup {
             "the column “of the observable” leaves them out."
         }
         @for Comparison { run, entries } in all {
-            h3 { (run.meta.title) }
+            h3 { (run.meta.title) " " span class="stem" { (run.stem) } }
             p class="settings" { (run.meta.describe()) " · file " (run.stem) ".csv" }
             @let budget = judged(entries);
-            (table(&entries.iter().filter(|e| e.budget == budget).collect::<Vec<_>>(), &format!("All methods at a budget of {budget} evaluations."), "scroll"))
+            @let here: Vec<&Entry> = entries.iter().filter(|e| e.budget == budget).collect();
+            (overview::table(&here, budget))
             (chart::charts(run, entries, budget))
-            @if entries.iter().any(|e| e.budget != budget) {
-                (table(&entries.iter().collect::<Vec<_>>(), "All methods at all budgets (on a screen the table scrolls).", "scroll tall"))
+            (table(&here, &format!("All methods at a budget of {budget} evaluations (on a screen a long table scrolls).")))
+            @if here.len() < entries.len() {
+                (table(&entries.iter().collect::<Vec<_>>(), "All methods at all budgets (on a screen a long table scrolls)."))
             }
         }
     }
@@ -146,16 +149,18 @@ impl Column {
         (self.value)(entry).map(self.text)
     }
 
-    /// The best value among `entries` as it is shown.
+    /// The best value among `entries` as it is shown; `None` where most share it: then it distinguishes none.
     fn best(&self, entries: &[&Entry]) -> Option<String> {
         let sign = if self.more_is_better { -1.0 } else { 1.0 };
         let known = entries.iter().filter_map(|e| (self.value)(e).map(|v| (sign * v, *e)));
-        known.min_by(|a, b| a.0.total_cmp(&b.0)).and_then(|(_, e)| self.shown(e))
+        let best = known.min_by(|a, b| a.0.total_cmp(&b.0)).and_then(|(_, e)| self.shown(e))?;
+        let sharing = entries.iter().filter(|e| self.shown(e).as_deref() == Some(&best)).count();
+        (sharing == 1 || 2 * sharing <= entries.len()).then_some(best)
     }
 }
 
 /// The table of a group: rows with the same problems and the same budget stand together and are sorted together.
-fn table(entries: &[&Entry], caption: &str, class: &str) -> Markup {
+fn table(entries: &[&Entry], caption: &str) -> Markup {
     let mut groups: BTreeMap<(u64, u64), Vec<&Entry>> = BTreeMap::new();
     for entry in entries {
         groups.entry((entry.dof, entry.budget)).or_default().push(entry);
@@ -165,11 +170,11 @@ fn table(entries: &[&Entry], caption: &str, class: &str) -> Markup {
         group.sort_by(|a, b| b.within_2mm.total_cmp(&a.within_2mm).then(median(a).total_cmp(&median(b))));
     }
     html! {
-        div class=(class) {
-            table class="sortable dense" {
+        div class="scroll tall" {
+            table class="sortable dense methods" {
                 caption {
                     (caption) " Evaluations and time: medians. The methods with the same degrees of freedom and budget stand together, those with most within 2 mm first; "
-                    "★ and bold: the best of its column among them."
+                    "★ and bold: the best of its column among them, unless most share it."
                 }
                 thead { tr {
                     th { "error" } th { "optimiser" } th class="num" { "DOF" } th class="num" { "budget" } th class="num" { "problems" }
@@ -202,7 +207,7 @@ fn row(entry: &Entry, best: &[Option<String>]) -> Markup {
 }
 
 /// The key figure: the best method with the most degrees of freedom.
-pub fn key_figure(entries: &[Entry], meta: &Meta) -> Option<KeyFigure> {
+pub fn key_figure(Comparison { run, entries }: &Comparison<'_>) -> Option<KeyFigure> {
     let budget = judged(entries);
     let dof = entries.iter().map(|e| e.dof).max()?;
     let judged = entries.iter().filter(|e| e.dof == dof && e.budget == budget);
@@ -211,6 +216,7 @@ pub fn key_figure(entries: &[Entry], meta: &Meta) -> Option<KeyFigure> {
         value: format!("{} %", percent(best.within_2mm)),
         what: format!("within 2 mm: {} with {}", best.optimizer, best.error),
         note: format!("best of {dof}-DOF at {budget} evaluations; median {} mm", mm(best.median_m)),
-        title: meta.title.clone(),
+        title: run.meta.title.clone(),
+        stem: run.stem.clone(),
     })
 }

@@ -16,8 +16,10 @@ pub struct KeyFigure {
     pub what: String,
     /// What else is to be known.
     pub note: String,
-    /// Where it comes from.
+    /// What it belongs to.
     pub title: String,
+    /// The name of the files that it comes from.
+    pub stem: String,
 }
 
 /// The opening.
@@ -52,7 +54,7 @@ pub fn key_figures(inputs: &Inputs, comparisons: &[Comparison<'_>]) -> Markup {
     const MAPS: usize = 6;
     let leading = leading(&inputs.maps);
     let mut figures: Vec<KeyFigure> = leading.iter().take(MAPS).map(|run| maps::key_figure(run)).collect();
-    figures.extend(comparisons.iter().filter_map(|c| comparison::key_figure(&c.entries, &c.run.meta)));
+    figures.extend(comparisons.iter().filter_map(comparison::key_figure));
     figures.extend(inputs.trials.iter().map(trials::key_figure));
     html! {
         @if !figures.is_empty() {
@@ -63,6 +65,7 @@ pub fn key_figures(inputs: &Inputs, comparisons: &[Comparison<'_>]) -> Markup {
                         b { (f.value) }
                         span { (f.what) }
                         span class="note" { (f.note) }
+                        span class="stem" { (f.stem) }
                     }
                 }
             }
@@ -74,7 +77,9 @@ pub fn key_figures(inputs: &Inputs, comparisons: &[Comparison<'_>]) -> Markup {
 
 /// One map for each method and task: of those that differ in finer settings the one with the shortest name.
 fn leading(maps: &[Run<ConvergeLine>]) -> Vec<&Run<ConvergeLine>> {
-    let task = |run: &Run<ConvergeLine>| ["error", "optimizer", "noise", "dof"].map(|key| run.meta.setting(key));
+    let task = |run: &Run<ConvergeLine>| {
+        ["error", "optimizer", "formulation", "noise", "dof"].map(|key| run.meta.setting(key))
+    };
     let first = |run: &&Run<ConvergeLine>| {
         let alike = maps.iter().filter(|other| task(other) == task(run));
         alike.min_by_key(|other| (other.stem.len(), &other.stem)).is_some_and(|other| other.stem == run.stem)

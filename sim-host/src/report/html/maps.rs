@@ -86,10 +86,10 @@ pub fn section(runs: &[Run<ConvergeLine>]) -> Markup {
 fn overview(runs: &[Run<ConvergeLine>]) -> Markup {
     html! {
         div class="scroll" {
-            table class="sortable" {
+            table class="sortable dense" {
                 caption { "All maps. Location error: distance of the end of the search from the true place; quantiles by nearest rank over all starts. Direction: not converged, but moved towards the truth. Evaluations: mean per start. Time: the optimiser's, all starts." }
                 thead { tr {
-                    th class="title" { "map" } th { "error" } th { "optimiser" } th class="num" { "DOF" } th class="num" { "starts" }
+                    th class="title" { "map" } th { "error" } th { "optimiser" } th { "formulation" } th { "noise" } th class="num" { "DOF" } th class="num" { "starts" }
                     (class_heads())
                     th class="num" { "median (mm)" } th class="num" { "90 % (mm)" } th class="num" { "largest (mm)" }
                     th class="num" { "evaluations" } th class="num" { "time (s)" }
@@ -97,8 +97,8 @@ fn overview(runs: &[Run<ConvergeLine>]) -> Markup {
                 tbody {
                     @for (i, run) in runs.iter().enumerate() {
                         tr {
-                            td { a href={"#map-" (i)} { (run.meta.title) } }
-                            @for key in ["error", "optimizer"] { td { (run.meta.setting(key).unwrap_or(NONE.into())) } }
+                            td { a href={"#map-" (i)} { (run.stem) } }
+                            @for key in ["error", "optimizer", "formulation", "noise"] { td { (run.meta.setting(key).unwrap_or(NONE.into())) } }
                             td class="num" { (run.meta.setting("dof").unwrap_or(NONE.into())) }
                             (figure_cells(&Figures::of(run)))
                         }
@@ -130,7 +130,7 @@ fn map(run: &Run<ConvergeLine>, scale: &Scale, index: usize) -> Markup {
     let slices = || raster.phi.values.iter().enumerate();
     html! {
         figure class="wide" id={"map-" (index)} {
-            h3 { (run.meta.title) }
+            h3 { (run.meta.title) " " span class="stem" { (run.stem) } }
             @if many {
                 p class="multiple-head" { "Classes, one map for each φ of the start, and how many converged" }
                 div class="multiples" { @for (i, phi) in slices() {
@@ -305,5 +305,6 @@ pub fn key_figure(run: &Run<ConvergeLine>) -> KeyFigure {
         what: "starts converged".into(),
         note: format!("location error: median {} mm, largest {} mm", mm(f.median_m), mm(f.max_m)),
         title: run.meta.title.clone(),
+        stem: run.stem.clone(),
     }
 }

@@ -76,7 +76,7 @@ fn surface(run: &Run<SurfaceLine>, scale: &Scale) -> Markup {
     let many = raster.phi.values.len() > 1;
     html! {
         figure class=[many.then_some("wide")] {
-            h3 { (run.meta.title) }
+            h3 { (run.meta.title) " " span class="stem" { (run.stem) } }
             div class=[many.then_some("multiples")] {
                 @for (i, phi) in raster.phi.values.iter().enumerate() {
                     div {
@@ -177,7 +177,7 @@ fn table_row(run: &Run<SurfaceLine>, raster: &Raster, i: usize, phi: f64) -> Mar
     let shown = |v: Option<f64>| v.map_or(super::number::NONE.to_string(), |v| sig(v, 3));
     html! {
         tr {
-            td { (run.meta.title) }
+            td class="name" { (run.stem) }
             td class="num" { (deg(Some(phi))) }
             td class="num" { (lines.len()) }
             td class="num" { (lines.len() - values.len()) }

@@ -69,7 +69,7 @@ pub fn section(batches: &[Batch<'_>]) -> Markup {
 
 fn section_of(Batch { run, by_touch }: &Batch<'_>) -> Markup {
     html! {
-        h3 { (run.meta.title) }
+        h3 { (run.meta.title) " " span class="stem" { (run.stem) } }
         p class="settings" { (run.meta.describe()) " · file " (run.stem) ".csv" }
         @if !by_touch.is_empty() {
             div class="figures" {
@@ -301,5 +301,6 @@ pub fn key_figure(run: &Run<TrialLine>) -> KeyFigure {
             part(rows.iter().filter(|r| r.confidently_wrong).count())
         ),
         title: run.meta.title.clone(),
+        stem: run.stem.clone(),
     }
 }
