@@ -7,9 +7,9 @@ mod callgrind;
 mod machine;
 mod reference;
 
+use crate::cargo;
 use crate::setup::{self, need};
 use crate::tests::binaries::{self, Binary};
-use crate::cargo;
 use anyhow::{Context, ensure};
 use callgrind::Count;
 use reference::Reference;
@@ -65,7 +65,8 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         let mut told: Value = serde_json::from_str(&std::fs::read_to_string(&times)?)?;
         let made = json!({ "command": "cargo xtask bench", "machine": machine.json(), "crates": versions });
         merge(&mut told, &made, &counts, &reference);
-        std::fs::write(file, format!("{told:#}\n")).with_context(|| format!("{}: cannot be written", file.display()))?;
+        std::fs::write(file, format!("{told:#}\n"))
+            .with_context(|| format!("{}: cannot be written", file.display()))?;
         println!("written: {}", file.display());
     }
     Ok(())

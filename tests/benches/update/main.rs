@@ -216,7 +216,7 @@ fn rates_figures(name: &str, unit: &str, rates: &Rates) -> [Value; 3] {
         json!({ "name": name, "value": value, "unit": unit, "note": note })
     };
     [
-        figure(format!("{name}, 1 thread"), rates.one, unit, "median of rounds"),
+        figure(format!("{name}, 1 thread"), rates.one, unit, "the fastest of a few rounds"),
         figure(format!("{name}, 2 threads"), rates.two, unit, "two that share nothing, together"),
         figure(format!("{name}, 2 threads to 1"), rates.gain(), "ratio", "2 at best"),
     ]

@@ -6,8 +6,8 @@ mod basin;
 mod cmaes;
 mod counted;
 
-use counted::Counted;
 use crate::{Contender, Outcome};
+use counted::Counted;
 
 /// First step length of methods that must be told one, in half widths of the interval: that of our own evolution strategy.
 const STEP: f64 = 0.6;

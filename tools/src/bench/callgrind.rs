@@ -31,7 +31,8 @@ impl Count {
 
 /// Counts the parts of `program`; dumps go to `folder`.
 pub fn count(program: &Path, folder: &Path) -> anyhow::Result<Vec<Count>> {
-    let valgrind = setup::program("valgrind").context("missing: valgrind; install it with: apt-get install valgrind")?;
+    let valgrind =
+        setup::program("valgrind").context("missing: valgrind; install it with: apt-get install valgrind")?;
     let dump = folder.join("callgrind.out");
     eprintln!("xtask: counting instructions of {}", program.display());
     let told = Command::new(valgrind)
@@ -69,7 +70,8 @@ fn parts(said: &str, dumps: &str) -> anyhow::Result<Vec<Count>> {
         totals.len(),
         said.len()
     );
-    let count = |((what, times), instructions): ((&str, u32), u64)| Count { what: what.to_owned(), instructions, times };
+    let count =
+        |((what, times), instructions): ((&str, u32), u64)| Count { what: what.to_owned(), instructions, times };
     Ok(said.into_iter().zip(totals).map(count).collect())
 }
 

@@ -1,8 +1,8 @@
-//! `argmin`: knows no bounds, so poses outside are brought to the nearest within.
+//! `argmin`: knows no bounds; see [`super::counted`] for what it finds outside.
 
+use super::counted::Counted;
 use super::{contender, simplex};
 use crate::Contender;
-use super::counted::Counted;
 use argmin::core::{CostFunction, Error, Executor, Gradient};
 use argmin::solver::gradientdescent::SteepestDescent;
 use argmin::solver::linesearch::MoreThuenteLineSearch;
@@ -10,7 +10,7 @@ use argmin::solver::neldermead::NelderMead;
 use argmin::solver::quasinewton::{BFGS, LBFGS};
 
 const ORIGIN: &str = "argmin";
-const DOWNHILL: &str = "without bounds (poses are clamped), downhill from the guess, line search by More and Thuente";
+const DOWNHILL: &str = "without bounds (outside: the nearest pose within, plus a parabola), downhill from the guess, line search by More and Thuente";
 
 /// Steps that the limited-memory method remembers: as many as there are unknowns.
 const MEMORY: usize = 3;
@@ -57,9 +57,14 @@ pub fn all() -> Vec<Contender> {
             let executor = Executor::new(Objective(counted), solver).timer(false);
             let _ = executor.configure(|state| state.param(vec![0.0; 3]).max_iters(budget)).run();
         }),
-        contender(ORIGIN, "NelderMead", "without bounds (poses are clamped), no slope", |counted, budget| {
-            let executor = Executor::new(Objective(counted), NelderMead::new(simplex())).timer(false);
-            let _ = executor.configure(|state| state.max_iters(budget)).run();
-        }),
+        contender(
+            ORIGIN,
+            "NelderMead",
+            "without bounds (outside: the nearest pose within, plus a parabola), no slope",
+            |counted, budget| {
+                let executor = Executor::new(Objective(counted), NelderMead::new(simplex())).timer(false);
+                let _ = executor.configure(|state| state.max_iters(budget)).run();
+            },
+        ),
     ]
 }

@@ -1,8 +1,8 @@
 //! `basin`: the bounded ones that apply, on plain vectors.
 
+use super::counted::{Counted, Spent, Told};
 use super::{SEED, STEP, contender, simplex};
 use crate::Contender;
-use super::counted::{Counted, Spent, Told};
 use basin::{
     Bobyqa, BoundedCmaEs, BoundedLevenbergMarquardt, BoxBounds, ConstraintDescription, ConstraintSet, Constraints,
     CostFunction, DenseMatrix, Executor, FirstOrderState, Gradient, Jacobian, Lbfgsb, NelderMead, PointState,
@@ -87,8 +87,7 @@ impl Model {
             for column in 0..=row {
                 let known: f64 = (0..column).map(|k| root[row][k] * root[column][k]).sum();
                 let left = told.curvature[row][column] - known;
-                root[row][column] =
-                    if row == column { left.max(floor).sqrt() } else { left / root[column][column] };
+                root[row][column] = if row == column { left.max(floor).sqrt() } else { left / root[column][column] };
             }
         }
         let mut residual = [0.0; ROWS];

@@ -1,4 +1,4 @@
-//! `cmaes`: knows no bounds, so poses outside are brought to the nearest within.
+//! `cmaes`: knows no bounds; see [`super::counted`] for what it finds outside.
 
 use super::{SEED, STEP, contender};
 use crate::Contender;
@@ -6,7 +6,7 @@ use cmaes::{CMAESOptions, DVector};
 
 /// The one there is.
 pub fn all() -> Vec<Contender> {
-    let note = "without bounds (poses are clamped), no slope, looks everywhere";
+    let note = "without bounds (outside: the nearest pose within, plus a parabola), no slope, looks everywhere";
     vec![contender("cmaes", "CMAES", note, |counted, _| {
         // No number ends it.
         let error = |u: &DVector<f64>| counted.at(u.as_slice()).map_or(f64::NAN, |told| told.error);
