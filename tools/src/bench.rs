@@ -94,10 +94,15 @@ fn print_counts(counts: &[Count], reference: &Reference) {
             count.what,
             count.each(),
             before.map_or_else(|| "-".to_owned(), |b| format!("{b:.0}")),
-            before.map_or_else(|| "-".to_owned(), |b| format!("{:+.2} %", (count.each() / b - 1.0) * 100.0)),
+            before.map_or_else(|| "-".to_owned(), |b| format!("{:+.1} %", percent(count.each() / b - 1.0))),
             default.map_or_else(|| "-".to_owned(), |d| format!("{:.3}", count.each() / d)),
         );
     }
+}
+
+/// A share in percent with one decimal; nothing has no sign.
+fn percent(share: f64) -> f64 {
+    (share * 1000.0).round() / 10.0 + 0.0
 }
 
 /// Adds the counts to what the bench has written.

@@ -42,6 +42,9 @@ pub struct Outcome {
     pub evaluations: u32,
 }
 
+/// Does an update of a problem within a number of evaluations.
+type Update = Box<dyn Fn(&Problem, u16) -> Outcome>;
+
 /// A way to do an update, with its name.
 pub struct Contender {
     /// The crate it is of.
@@ -53,7 +56,7 @@ pub struct Contender {
     /// What must be known to compare it fairly.
     pub note: &'static str,
     /// Does it.
-    pub update: Box<dyn Fn(&Problem, u16) -> Outcome>,
+    pub update: Update,
 }
 
 impl Contender {
