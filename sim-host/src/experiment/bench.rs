@@ -93,8 +93,8 @@ pub fn world_ticks() -> anyhow::Result<Rates> {
     Rates::of(WORLD_TICKS, world, run_world)
 }
 
-/// Prints how much faster than real time a world is.
-fn print_world() -> anyhow::Result<()> {
+/// Prints and returns how much faster than real time a world is.
+fn world_speed() -> anyhow::Result<f64> {
     let mut speeds = Vec::new();
     for round in 0..WORLD_ROUNDS {
         let mut world = world(round)?;
@@ -102,9 +102,9 @@ fn print_world() -> anyhow::Result<()> {
         run_world(&mut world)?;
         speeds.push(f64::from(WORLD_TICKS) * f64::from(TICK_S) / started.elapsed().as_secs_f64());
     }
-    let count = speeds.len();
-    println!("world: {:.1} x real time (median of {count} runs of 2 s, one thread, all sensors)", median(speeds));
-    Ok(())
+    let (count, speed) = (speeds.len(), median(speeds));
+    println!("world: {speed:.1} x real time (median of {count} runs of 2 s, one thread, all sensors)");
+    Ok(speed)
 }
 
 /// Touch `index` of a round, each at another pose of the object.
@@ -138,8 +138,8 @@ pub fn rollouts() -> anyhow::Result<Rates> {
     Rates::of(ROLLOUTS, |_| Ok(MentalModel::new()?), roll_out)
 }
 
-/// Rolls touches out at several poses and prints what one costs.
-fn print_rollout() -> anyhow::Result<()> {
+/// Rolls touches out at several poses; prints and returns what one costs, milliseconds.
+fn rollout_ms() -> anyhow::Result<f64> {
     let mental = MentalModel::new()?;
     let (mut times_ms, mut ticks) = (Vec::new(), Vec::new());
     for index in 0..ROLLOUTS {
@@ -147,13 +147,13 @@ fn print_rollout() -> anyhow::Result<()> {
         ticks.push(mental.rollout(&touch(index))?.samples.len() as f64);
         times_ms.push(started.elapsed().as_secs_f64() * 1e3);
     }
-    let count = times_ms.len();
-    println!("rollout: {:.1} ms (median of {count}), {:.0} ticks of closing", median(times_ms), median(ticks));
-    Ok(())
+    let (count, cost_ms) = (times_ms.len(), median(times_ms));
+    println!("rollout: {cost_ms:.1} ms (median of {count}), {:.0} ticks of closing", median(ticks));
+    Ok(cost_ms)
 }
 
-/// Carries missions out and prints what one update of the belief costs on the host.
-fn print_update() -> anyhow::Result<()> {
+/// Carries missions out; prints and returns what one update of the belief costs on the host, milliseconds.
+fn update_ms() -> anyhow::Result<f64> {
     let mut times_ms = Vec::new();
     for seed in 1..=5 {
         let scenario = Scenario::thesis_box();
@@ -165,17 +165,34 @@ fn print_update() -> anyhow::Result<()> {
         let report = mission::run(&options, &mut |_| {})?;
         times_ms.extend(report.update_times_s.iter().map(|t| t * 1e3));
     }
-    let count = times_ms.len();
-    println!("pose update: {:.2} ms (median of {count} updates in 5 missions)", median(times_ms));
-    Ok(())
+    let (count, cost_ms) = (times_ms.len(), median(times_ms));
+    println!("pose update: {cost_ms:.2} ms (median of {count} updates in 5 missions)");
+    Ok(cost_ms)
 }
 
-/// What the README quotes, one line each: world, mental rollout, pose update in missions.
+/// What the README quotes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Medians {
+    /// Simulated time of a world by its wall time.
+    pub world_speed: f64,
+    /// A mental rollout of a touch, milliseconds.
+    pub rollout_ms: f64,
+    /// A pose update in a mission, milliseconds.
+    pub update_ms: f64,
+}
+
+/// What the README quotes, printed one line each and returned.
 ///
 /// # Errors
 /// Something could not be simulated.
+pub fn medians() -> anyhow::Result<Medians> {
+    Ok(Medians { world_speed: world_speed()?, rollout_ms: rollout_ms()?, update_ms: update_ms()? })
+}
+
+/// `tactus bench`.
+///
+/// # Errors
+/// As [`medians`].
 pub fn run() -> anyhow::Result<()> {
-    print_world()?;
-    print_rollout()?;
-    print_update()
+    medians().map(|_| ())
 }

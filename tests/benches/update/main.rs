@@ -149,16 +149,20 @@ fn compare(file: Option<PathBuf>) -> anyhow::Result<()> {
     progress("");
     print_rates("world ticks of 2 ms, all sensors", &world);
     print_rates("mental rollouts of a touch", &rollouts);
-    bench::run()?;
+    let medians = bench::medians()?;
     if let Some(file) = file {
-        let mut figures = Vec::new();
+        let mut figures = vec![
+            figure("world, one thread", medians.world_speed, "x real time", "median of runs of 2 s, all sensors"),
+            figure("mental rollout", medians.rollout_ms, "ms", "median; 0.6 s of closing"),
+            figure("pose update in missions", medians.update_ms, "ms", "median of the updates of 5 missions"),
+        ];
         figures.extend(rates_figures("world ticks", "ticks/s", &world));
         figures.extend(rates_figures("mental rollouts", "rollouts/s", &rollouts));
         let told = json!({
             "experiment": "bench",
             "title": "Time and evaluations of a pose update, every optimiser and those of other crates",
             "settings": { "error": "geometric", "problems": PROBLEMS, "touches": problems::TOUCHES,
-                "noise_m": problems::NOISE_M, "budgets": BUDGETS, "rounds": ROUNDS },
+                "noise": true, "noise_mm": (f64::from(problems::NOISE_M) * 1e5).round() / 1e2, "budgets": BUDGETS, "rounds": ROUNDS },
             "figures": figures,
             "table": rows.iter().map(Row::json).collect::<Vec<_>>(),
             "wall_time_s": started.elapsed().as_secs_f64(),
@@ -213,15 +217,16 @@ fn print_rates(what: &str, rates: &Rates) {
     println!("{what}: {:.0}/s on one thread, {:.0}/s on two: {:.2} x", rates.one, rates.two, rates.gain());
 }
 
+/// A number of the report, with as many decimals as it deserves.
+fn figure(name: &str, value: f64, unit: &str, note: &str) -> Value {
+    json!({ "name": name, "value": (value * 100.0).round() / 100.0, "unit": unit, "note": note })
+}
+
 fn rates_figures(name: &str, unit: &str, rates: &Rates) -> [Value; 3] {
-    let figure = |name: String, value: f64, unit: &str, note: &str| {
-        let value = (value * 100.0).round() / 100.0;
-        json!({ "name": name, "value": value, "unit": unit, "note": note })
-    };
     [
-        figure(format!("{name}, 1 thread"), rates.one, unit, "the fastest of a few rounds"),
-        figure(format!("{name}, 2 threads"), rates.two, unit, "two that share nothing, together"),
-        figure(format!("{name}, 2 threads to 1"), rates.gain(), "ratio", "2 at best"),
+        figure(&format!("{name}, 1 thread"), rates.one, unit, "the fastest of a few rounds"),
+        figure(&format!("{name}, 2 threads"), rates.two, unit, "two that share nothing, together"),
+        figure(&format!("{name}, 2 threads to 1"), rates.gain(), "ratio", "2 at best"),
     ]
 }
 
