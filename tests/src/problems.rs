@@ -68,7 +68,7 @@ pub fn seeded(count: usize) -> Vec<Problem> {
     let plans = TOUCHES.map(|id| candidate(id, &shape).expect("candidates of these numbers are listed"));
     let mut random = Noise::new(SEED);
     let mut problems = Vec::new();
-    // One offset in a few is taken; an end is sure, whatever becomes of the candidates.
+    // Five offsets in six are taken; an end is sure, whatever becomes of the candidates.
     for _ in 0..1000 * count {
         if problems.len() == count {
             break;

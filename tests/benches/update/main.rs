@@ -126,7 +126,7 @@ fn compare(file: Option<PathBuf>) -> anyhow::Result<()> {
     let problems = problems::seeded(PROBLEMS);
     let contenders = contenders();
     println!(
-        "{PROBLEMS} pose updates: 3 touches, noise {:.1} mm, truth within {:.2} m, {:.2} m, {:.2} rad of the guess;",
+        "{PROBLEMS} pose updates: 3 touches, 9 contacts, noise {:.1} mm, truth within {:.2} m, {:.2} m, {:.2} rad of the guess;",
         problems::NOISE_M * 1e3,
         problems::INTERVAL.x_m,
         problems::INTERVAL.y_m,
