@@ -1,6 +1,6 @@
 //! `cargo xtask`: the same commands for people and for CI. Here: the command line. [`setup`]: what the commands need
 //! from the machine. [`lint`], [`tests`]: what must be green before a change lands. [`vcan`]: a CAN interface for any command.
-//! [`cross`]: firmware images. [`bench`]: what a pose update costs. [`cargo`]: calls of cargo.
+//! [`cross`]: firmware images. [`mod@bench`]: what a pose update costs. [`cargo`]: calls of cargo.
 
 mod bench;
 mod cargo;
