@@ -6,6 +6,7 @@
 //! * [`pose`]: the planar pose of an object on a table, and the interval it is known to lie in.
 //! * [`reading`]: one tick of sensor readings and one tick of commands, in SI units.
 //! * [`trajectory`]: motion of the arm as timed knots, sampling and checking.
+//! * [`method`]: how the pose is to be found, by [`name`].
 //! * [`message`]: what crosses the wire. [`cyphal`]: how it crosses CAN, in fixed memory, as [`can`] frames; [`slcan`]: these as
 //!   text on a serial line.
 //! * [`puck`]: Barrett's own CAN protocol, the way to the real arm and hand.
@@ -19,6 +20,8 @@ pub mod cyphal;
 pub mod limits;
 pub mod link;
 pub mod message;
+pub mod method;
+pub mod name;
 pub mod pose;
 pub mod puck;
 pub mod reading;

@@ -63,6 +63,7 @@ messages! {
     Setup => 1100, 3;
     SensorFrame => 1101, 1;
     TactileSlice => 1102, 3;
+    LinkContact => 1103, 2;
     PlanAnswer => 1104, 4;
     RolloutResult => 1105, 4;
     Command => 1200, 1;

@@ -8,6 +8,7 @@ use tactus_common::message::{
     Command, Event, EventKind, MESSAGES, Message, Phase, PlanAnswer, RefusalReason, RolloutResult, SCHEMA_VERSION,
     SensorFrame, Setup,
 };
+use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::reading::{JointCommands, JointReadings, Validity};
 use tactus_common::shape::ObjectShape;
@@ -109,6 +110,7 @@ fn encoded_messages_reach_the_bounds_that_the_schema_gives() {
         displacement_m: [0.0; 2],
         mass_kg: 0.6,
         trials_max: 255,
+        method: Method { evaluations_max: u16::MAX, ..Method::DEFAULT },
     };
     assert_eq!([encoded(&setup); 2], bytes_of("Setup"));
     let readings = JointReadings {

@@ -1,15 +1,20 @@
 //! The command line: a contract with tools outside this repository (see `docs/cli.md`).
 
+mod experiments;
+mod reproduce;
+
 use crate::controller_process::ControllerProcess;
+use crate::experiment::capture::Task;
 use crate::experiment::trials::{self, TrialsOptions};
 use crate::hooks::Hooks;
+use crate::method::MethodArgs;
 use crate::mission::{self, MissionOptions, MissionReport, Progressed};
 use crate::report::{progress::Progress, summary::Summary, terminal};
 use crate::scenario::Scenario;
 use crate::serve::serve;
 use crate::wire::{InProcess, Live, Wire};
 use anyhow::Context;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -18,7 +23,7 @@ use tactus_common::can::Mtu;
 use tactus_common::link::CONTROLLER;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_hil::bus_name::BusName;
-use tactus_hil::choice::{CanFormat, Pace, name};
+use tactus_hil::choice::{CanFormat, Pace};
 use tactus_hil::usage::one_line;
 
 /// Exit status: usage or input error.
@@ -31,9 +36,13 @@ Examples:
   tactus                                     the main job with its defaults (seed 1)
   tactus run --seed 7 --summary -            another world, the result as JSON on standard output
   tactus run --true 0.1,-0.15,0.4 --guess 0.12,-0.12,0.2
+  tactus run --sensors ideal --error modified --optimizer steepest-descent-golden    the published method
   tactus run --bus socketcan:vcan0           the controller as a process of its own, on a CAN interface
   tactus serve --bus socketcan:vcan0         the world alone, for tactus-controller or a board on that bus
   tactus trials --count 200 --offset 0.05,0.05,0.35 --csv trials.csv
+  tactus surface --error modified --csv results/surface_modified.csv
+  tactus converge --csv results/converge.csv
+  tactus compare --csv results/compare.csv
 
 Exit status: 0 done, 2 bad usage or input, 3 the task failed, 4 fault.";
 
@@ -55,6 +64,14 @@ enum Command {
     /// Many missions over seeds, with statistics: true poses uniform over x in [0.0, 0.3] m, y in [-0.2, 0.0] m,
     /// phi in [-pi/4, pi/4] rad; guess = truth + uniform in +-offset; run i uses seed N + i.
     Trials(TrialsArgs),
+    /// An error over a grid of poses; the grid of the published experiments by default.
+    Surface(experiments::SurfaceArgs),
+    /// Regions of convergence: the search from every pose of a grid; 483 starts of the published experiments by default.
+    Converge(experiments::ConvergeArgs),
+    /// All optimisers and errors on the same problems: the same evidence, bounds, start and budgets.
+    Compare(experiments::CompareArgs),
+    /// All experiments of docs/results.md into a folder; what is there already is not made again.
+    Reproduce(reproduce::ReproduceArgs),
     /// Time the parts that the README quotes: world, mental rollout, pose update (medians).
     #[command(hide = true)]
     Bench,
@@ -74,48 +91,6 @@ struct CommonArgs {
     /// Print nothing but errors.
     #[arg(long)]
     quiet: bool,
-}
-
-#[derive(Args, Debug, Clone)]
-struct MethodArgs {
-    /// How many components of the pose are uncertain: 1 = x, 2 = x and y, 3 = x, y and phi.
-    #[arg(long, value_name = "1|2|3", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=3))]
-    dof: u8,
-    /// Contact sensors: `real` = the hand's own; `ideal` = one noiseless bit per link.
-    #[arg(long, value_enum, default_value_t = Sensors::Real)]
-    sensors: Sensors,
-    /// Error function that the update minimises.
-    #[arg(long, value_enum, default_value_t = ErrorKind::Geometric)]
-    error: ErrorKind,
-    /// Optimiser that minimises it.
-    #[arg(long, value_name = "NAME", default_value = "levenberg-marquardt")]
-    optimizer: String,
-    /// What foretells the readings for the errors that compare contacts.
-    #[arg(long, value_enum, default_value_t = Predictor::Kinematic)]
-    predictor: Predictor,
-    /// Most touches before giving up.
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u8).range(1..=8))]
-    max_trials: u8,
-}
-
-#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
-enum Sensors {
-    Real,
-    Ideal,
-}
-
-#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
-enum ErrorKind {
-    Contact,
-    Weighted,
-    Modified,
-    Geometric,
-}
-
-#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
-enum Predictor {
-    Kinematic,
-    Simulation,
 }
 
 /// How world and controller are connected.
@@ -214,6 +189,9 @@ struct TrialsArgs {
     /// Write one line per mission.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// How far each mission is carried out.
+    #[arg(long, value_enum, default_value_t = Task::Transport)]
+    task: Task,
     /// Missions at a time [default: one per processor]; the results do not depend on it.
     #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -235,7 +213,10 @@ fn triple(text: &str) -> Result<[f32; 3], String> {
 
 /// Runs the command line; returns the exit status.
 pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let cli = match Cli::try_parse_from(with_default_command(args)) {
+    let args = with_default_command(args);
+    let words = args.iter().skip(1).map(|word| word.to_string_lossy());
+    let line = std::iter::once("tactus".into()).chain(words).collect::<Vec<_>>().join(" ");
+    let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(error) if !error.use_stderr() => {
             print!("{}", error.render());
@@ -246,18 +227,26 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::from(EXIT_USAGE);
         }
     };
-    let done = match cli.command {
-        Command::Run(args) => run(&args),
-        Command::Serve(args) => serve_worlds(&args),
-        Command::Trials(args) => trials(&args),
-        Command::Bench => crate::experiment::bench::run().map(|()| 0),
-    };
-    match done {
+    match carry_out(cli.command, &line) {
         Ok(status) => ExitCode::from(status),
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::from(EXIT_USAGE)
         }
+    }
+}
+
+/// Carries out a command, given as `line`; the exit status.
+fn carry_out(command: Command, line: &str) -> anyhow::Result<u8> {
+    match command {
+        Command::Run(args) => run(&args),
+        Command::Serve(args) => serve_worlds(&args),
+        Command::Trials(args) => trials(&args, line),
+        Command::Surface(args) => experiments::surface(&args, line),
+        Command::Converge(args) => experiments::converge(&args, line),
+        Command::Compare(args) => experiments::compare(&args, line),
+        Command::Reproduce(args) => reproduce::run(&args),
+        Command::Bench => crate::experiment::bench::run().map(|()| 0),
     }
 }
 
@@ -269,26 +258,6 @@ fn with_default_command(args: impl IntoIterator<Item = OsString>) -> Vec<OsStrin
         args.insert(1, "run".into());
     }
     args
-}
-
-/// Refuses by name what does not exist yet.
-fn supported(method: &MethodArgs) -> anyhow::Result<()> {
-    anyhow::ensure!(method.sensors == Sensors::Real, "--sensors ideal does not exist yet; expected: real");
-    anyhow::ensure!(
-        method.error == ErrorKind::Geometric,
-        "--error {} does not exist yet; expected: geometric",
-        name(&method.error)
-    );
-    anyhow::ensure!(
-        method.predictor == Predictor::Kinematic,
-        "--predictor simulation does not exist yet; expected: kinematic"
-    );
-    anyhow::ensure!(
-        method.optimizer == "levenberg-marquardt",
-        "--optimizer {}: no optimiser of that name; expected: levenberg-marquardt",
-        method.optimizer
-    );
-    Ok(())
 }
 
 fn scenario(common: &CommonArgs) -> anyhow::Result<Scenario> {
@@ -307,7 +276,7 @@ fn with_dof(interval: [f32; 3], dof: u8) -> anyhow::Result<Interval> {
 
 fn mission_options(args: &MissionArgs) -> anyhow::Result<MissionOptions> {
     let MissionArgs { common, method, task, .. } = args;
-    supported(method)?;
+    let chosen = method.options()?;
     let scenario = scenario(common)?;
     let interval = with_dof(task.interval, method.dof)?;
     let truth = task.truth.map_or(scenario.true_pose(), PlanarPose::from_array);
@@ -317,7 +286,16 @@ fn mission_options(args: &MissionArgs) -> anyhow::Result<MissionOptions> {
     };
     scenario.check_on_table("--true", &truth)?;
     scenario.check_on_table("--guess", &guess)?;
-    Ok(MissionOptions { scenario, seed: common.seed, truth, guess, interval, trials_max: method.max_trials })
+    Ok(MissionOptions {
+        scenario,
+        seed: common.seed,
+        truth,
+        guess,
+        interval,
+        trials_max: method.max_trials,
+        reality: method.reality,
+        method: chosen,
+    })
 }
 
 /// Nothing is printed but errors: that was asked for, or standard output is for the summary.
@@ -404,8 +382,8 @@ fn serve_worlds(args: &ServeArgs) -> anyhow::Result<u8> {
     report(&args.mission.common, &options, &result)
 }
 
-fn trials(args: &TrialsArgs) -> anyhow::Result<u8> {
-    supported(&args.method)?;
+fn trials(args: &TrialsArgs, line: &str) -> anyhow::Result<u8> {
+    let method = args.method.options()?;
     let offset = with_dof(args.offset, args.method.dof)?;
     let options = TrialsOptions {
         scenario: scenario(&args.common)?,
@@ -413,15 +391,15 @@ fn trials(args: &TrialsArgs) -> anyhow::Result<u8> {
         count: args.count,
         offset,
         trials_max: args.method.max_trials,
+        reality: args.method.reality,
+        task: args.task,
+        method,
         jobs: args.jobs.map_or(0, usize::from),
         quiet: is_quiet(&args.common),
     };
-    let statistics = trials::run(&options, args.csv.as_deref())?;
+    let (statistics, record) = trials::run(&options, args.csv.as_deref())?;
     if !options.quiet {
         println!("{statistics}");
     }
-    if let Some(path) = &args.common.summary {
-        statistics.write(path)?;
-    }
-    Ok(0)
+    experiments::write(args.csv.as_deref(), args.common.summary.as_deref(), &record.with_command(line))
 }

@@ -15,6 +15,7 @@ pub mod experiment;
 pub mod hooks;
 pub mod host;
 pub mod mental;
+pub mod method;
 pub mod mission;
 pub mod plan;
 pub mod post;

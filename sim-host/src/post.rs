@@ -5,8 +5,8 @@ use tactus_common::cyphal::{Header, Sender, Session, received_bytes};
 use tactus_common::limits::PAYLOAD_BYTES_MAX;
 use tactus_common::link::{self, CONTROLLER, SMALL_BYTES, WORLD, priority, subject};
 use tactus_common::message::{
-    Command, DigestReport, Event, Message, PlanAnswer, PlanRequest, RolloutRequest, RolloutResult, SensorFrame, Setup,
-    Status, TactileSlice,
+    Command, DigestReport, Event, LinkContact, Message, PlanAnswer, PlanRequest, RolloutRequest, RolloutResult,
+    SensorFrame, Setup, Status, TactileSlice,
 };
 use tactus_common::reading::JointCommands;
 
@@ -35,7 +35,7 @@ pub struct Heard {
 
 /// The world's end of the transport.
 pub struct Post {
-    sender: Sender<5>,
+    sender: Sender<6>,
     command: Session<SMALL_RX_BYTES>,
     plan: Session<SMALL_RX_BYTES>,
     rollout: Session<SMALL_RX_BYTES>,
@@ -53,6 +53,7 @@ impl Default for Post {
                     subject::<Setup>(),
                     subject::<SensorFrame>(),
                     subject::<TactileSlice>(),
+                    subject::<LinkContact>(),
                     subject::<PlanAnswer>(),
                     subject::<RolloutResult>(),
                 ],

@@ -11,7 +11,8 @@ use tactus_common::link::{self, WORLD, subject};
 use tactus_common::message::{Phase, PlanAnswer, RolloutResult, SensorFrame, Setup, TactileSlice};
 use tactus_common::pose::Interval;
 use tactus_sim_host::hooks::{Hooks, Passing, To};
-use tactus_sim_host::mission::{self, DEFAULT_OFFSET, MissionOptions, MissionReport, guess_around};
+use tactus_sim_host::method::MethodOptions;
+use tactus_sim_host::mission::{self, DEFAULT_OFFSET, MissionOptions, MissionReport, Reality, guess_around};
 use tactus_sim_host::scenario::Scenario;
 
 /// Bytes of the largest transfer, padding included.
@@ -23,7 +24,16 @@ pub fn options(seed: u64) -> MissionOptions {
     let truth = scenario.true_pose();
     let [x_m, y_m, phi_rad] = DEFAULT_OFFSET;
     let interval = Interval { x_m, y_m, phi_rad };
-    MissionOptions { guess: guess_around(&truth, &interval, seed), scenario, seed, truth, interval, trials_max: 8 }
+    MissionOptions {
+        guess: guess_around(&truth, &interval, seed),
+        scenario,
+        seed,
+        truth,
+        interval,
+        trials_max: 8,
+        reality: Reality::default(),
+        method: MethodOptions::default(),
+    }
 }
 
 /// Runs a mission; `tamper` decides what arrives instead of each frame (see [`tactus_sim_host::hooks::Tamper`]).

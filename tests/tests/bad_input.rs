@@ -82,10 +82,18 @@ fn unknown_flags_commands_and_values_are_refused() {
 }
 
 #[test]
-fn what_does_not_exist_yet_is_refused_by_name() {
-    refused(&["run", "--error", "contact"], 2, &["--error contact", "expected"]);
-    refused(&["run", "--sensors", "ideal"], 2, &["--sensors ideal", "expected"]);
-    refused(&["run", "--predictor", "simulation"], 2, &["--predictor simulation", "expected"]);
+fn a_method_that_cannot_work_is_refused_by_name() {
+    for error in ["contact", "weighted", "modified"] {
+        refused(&["run", "--error", error], 2, &["--error", error, "needs --sensors ideal"]);
+    }
+    refused(&["trials", "--error", "modified"], 2, &["--error modified", "needs --sensors ideal"]);
+    refused(&["run", "--optimizer", "magic"], 2, &["levenberg-marquardt", "cma-es", "direct"]);
+    refused(&["run", "--predictor", "magic"], 2, &["--predictor", "magic", "simulation"]);
+    refused(&["run", "--gradient", "magic"], 2, &["--gradient", "magic", "two-sided"]);
+    refused(&["run", "--damping", "0"], 2, &["--damping 0", "above zero"]);
+    refused(&["run", "--damping", "nan"], 2, &["--damping", "finite"]);
+    refused(&["run", "--instants", "17"], 2, &["--instants", "1..=16"]);
+    refused(&["run", "--evaluations", "65536"], 2, &["--evaluations"]);
 }
 
 #[test]

@@ -8,6 +8,7 @@ use tactus_common::message::{
     Command, Event, EventKind, Heartbeat, Message, Phase, PlanAnswer, PlanRequest, Purpose, RolloutRequest,
     RolloutResult, SensorFrame, Setup, Status, TactileSlice,
 };
+use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::reading::{HandCommand, JointCommands, JointReadings, TactileImage, Validity};
 use tactus_common::shape::ObjectShape;
@@ -88,6 +89,7 @@ fn rollout_request() -> RolloutRequest {
         arm_q_rad: [1.0; 7],
         preshape: Default::default(),
         closing_rad_s: [1.0; 3],
+        ticks: u16::MAX,
     }
 }
 
@@ -201,6 +203,7 @@ fn the_longest_messages_fit_their_buffers() {
         displacement_m: [widest; 2],
         mass_kg: widest,
         trials_max: 255,
+        method: Method { evaluations_max: u16::MAX, ..Method::DEFAULT },
     };
     let rollout = RolloutResult {
         effective: u32::MAX,

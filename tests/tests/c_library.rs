@@ -15,6 +15,7 @@ use tactus::robot::*;
 use tactus::rollout::*;
 use tactus::setup::*;
 use tactus_common::message::{SCHEMA_VERSION, Setup};
+use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::reading::{JointReadings, Validity};
 use tactus_common::shape::ObjectShape;
@@ -80,6 +81,7 @@ fn one_tick_in_c_commands_the_torques_and_believes_what_one_tick_in_rust_does() 
         displacement_m: [-0.5, 0.0],
         mass_kg: 0.6,
         trials_max: 12,
+        method: Method::default(),
     };
     let readings = JointReadings {
         tick: 0,

@@ -9,6 +9,7 @@ use tactus_common::message::{
     Command, Event, Hello, Message, Phase, PlanAnswer, PlanRequest, RolloutResult, SCHEMA_VERSION, SensorFrame, Setup,
     Status, TactileSlice,
 };
+use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::reading::{JointReadings, Validity};
 use tactus_common::shape::ObjectShape;
@@ -74,6 +75,7 @@ fn a_world_of_another_version_is_refused_by_the_controller_which_names_both() {
         displacement_m: [-0.5, 0.0],
         mass_kg: 0.6,
         trials_max: 8,
+        method: Method::default(),
     };
     let mut bus = bus();
     say(&mut bus, WORLD, &setup);

@@ -137,10 +137,12 @@ pub struct RolloutRequest {
     pub preshape: Preshape,
     /// Closing speed of each finger's inner link, rad/s; 0 = does not close.
     pub closing_rad_s: [f32; FINGERS],
+    /// Ticks of closing to foretell, at most [`ROLLOUT_TICKS_MAX`].
+    pub ticks: u16,
 }
 
-/// Ticks of closing that a rollout foretells: 0.6 s.
-pub const ROLLOUT_TICKS: u32 = 300;
+/// Longest closing that a rollout foretells, ticks: 5 s.
+pub const ROLLOUT_TICKS_MAX: u16 = 2_500;
 
 /// Phase of the mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, Schema)]

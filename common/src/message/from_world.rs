@@ -1,7 +1,8 @@
 //! What the world, or the robot's gateway, says.
 
 use super::packed::{ANGLE_LSB_RAD, EFFORT_LSB_NM, TIP_LSB_NM, pack_i16, pack_i24, unpack_i16, unpack_i24};
-use crate::limits::{ARM_JOINTS, FINGERS, HAND_MOTORS, PAD_CELLS, PADS};
+use crate::limits::{ARM_JOINTS, FINGERS, HAND_LINKS, HAND_MOTORS, PAD_CELLS, PADS};
+use crate::method::Method;
 use crate::pose::{Interval, PlanarPose};
 use crate::reading::{JointReadings, TactileImage, Validity};
 use crate::shape::ObjectShape;
@@ -27,6 +28,8 @@ pub struct Setup {
     pub mass_kg: f32,
     /// Most touches before the mission gives up.
     pub trials_max: u8,
+    /// How the pose is to be found.
+    pub method: Method,
 }
 
 /// [`JointReadings`] on the wire: 63 bytes, one CAN FD frame.
@@ -123,6 +126,43 @@ impl TactileSlice {
     }
 }
 
+/// Which hand links touch something, as an ideal sensor tells it that the real hand lacks: 10 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct LinkContact {
+    effective: [u8; 4],
+    stamp: [u8; 4],
+    links: [u8; 2],
+}
+
+impl LinkContact {
+    /// Packs what was felt at tick `stamp` to take effect at tick `effective`; bit i of `links` is hand link i
+    /// ([`crate::robot::HandLink`]), bits beyond the nine links are left out.
+    pub fn pack(links: u16, stamp: u32, effective: u32) -> Self {
+        let links = (links & Self::LINKS).to_le_bytes();
+        Self { effective: effective.to_le_bytes(), stamp: stamp.to_le_bytes(), links }
+    }
+
+    /// Bytes on the wire.
+    pub const WIRE_LEN: usize = 10;
+    /// The bits that stand for links.
+    const LINKS: u16 = (1 << HAND_LINKS) - 1;
+
+    /// Which links touch: bit i is hand link i.
+    pub fn links(&self) -> u16 {
+        u16::from_le_bytes(self.links) & Self::LINKS
+    }
+
+    /// Tick at which it was felt.
+    pub fn stamp(&self) -> u32 {
+        u32::from_le_bytes(self.stamp)
+    }
+
+    /// Tick from which the controller uses it.
+    pub fn effective(&self) -> u32 {
+        u32::from_le_bytes(self.effective)
+    }
+}
+
 /// Why the planner has no trajectory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum RefusalReason {
@@ -165,7 +205,7 @@ pub struct RolloutResult {
     pub request: u16,
     /// Per finger: inner-link angle at first contact, radians, if it touches at all.
     pub onset_inner_rad: [Option<f32>; FINGERS],
-    /// Contact bits of the nine hand links at [`ROLLOUT_INSTANTS`] equally spaced instants of
-    /// [`ROLLOUT_TICKS`](super::ROLLOUT_TICKS).
+    /// Which of the nine hand links have touched by then, bit i = link i, at [`ROLLOUT_INSTANTS`] equally spaced instants of
+    /// [`RolloutRequest::ticks`](super::RolloutRequest::ticks), the last at their end.
     pub contacts: [u16; ROLLOUT_INSTANTS],
 }

@@ -27,6 +27,8 @@ pub struct Inputs<'a> {
     pub readings: Option<JointReadings>,
     /// New images of the pads, by pad.
     pub images: [Option<TactileImage>; PADS],
+    /// Which hand links touch, bit i = link i, where the world has a sensor for that; `None` if it has none.
+    pub links: Option<u16>,
     /// The planner's answer.
     pub plan: Option<&'a PlanAnswer>,
     /// The mental world's answer.
@@ -187,6 +189,7 @@ impl Controller {
         let mut tools = Tools {
             readings,
             felt,
+            links: inputs.links,
             plan: inputs.plan,
             rollout: inputs.rollout,
             executor: &mut self.executor,

@@ -4,7 +4,8 @@
 //! [`puck_driver`] puts it on the one of Barrett's own motor controllers.
 //!
 //! * Motion: [`executor`] plays trajectories, [`control`] turns references into torques, [`onset`] feels contacts.
-//! * Touch: [`touch`] lists and chooses touches, [`evidence`] keeps what was felt, [`predict`] foretells it.
+//! * Touch: [`touch`] lists and chooses touches, [`evidence`] and [`felt_touch`] keep what was felt, [`predict`] foretells
+//!   it.
 //! * Pose: [`error`] and [`optimise`] fit it, sliced over ticks by [`update`], into a [`belief`].
 //! * Decisions: [`mission`] (what next), [`supervisor`] (what is unsafe).
 //!
@@ -18,6 +19,7 @@ pub mod controller;
 pub mod error;
 pub mod evidence;
 pub mod executor;
+pub mod felt_touch;
 pub mod mission;
 pub mod node;
 pub mod onset;

@@ -6,7 +6,7 @@
 
 mod asking;
 mod carry;
-mod closing;
+pub(crate) mod closing;
 mod descent;
 mod enquiry;
 mod foresight;
@@ -21,12 +21,14 @@ mod withdraw;
 
 pub use tools::Tools;
 
-use crate::belief::{Belief, Readiness, Tolerance};
+use crate::belief::{Belief, Prior, Readiness, Tolerance};
+use crate::evidence::EvidenceStore;
+use crate::felt_touch::FeltTouch;
 use crate::touch::Chooser;
-use crate::update::{Progress, Update, UpdateConfig};
+use crate::update::{Evidence, Progress, Update};
 use crate::work::Work;
 use carry::{Carry, CarryEnd};
-use enquiry::Enquiry;
+use enquiry::{Enquiry, HostSlow};
 use foresight::LastTouch;
 use grasp::{Grasp, GraspEnd, grasp_plan};
 use knowledge::Knowledge;
@@ -37,8 +39,11 @@ use tactus_common::message::{
 use tactus_common::pose::PlanarPose;
 use trial::{Trial, TrialEnd};
 
-/// Half width of the belief (99 %) that is good enough for a grasp when no touch is left, metres.
-const LAST_RESORT: Tolerance = Tolerance { position_m: 0.015, yaw_rad: 0.12 };
+/// The belief that is good enough for a grasp when no touch is left.
+const LAST_RESORT: Tolerance = Tolerance { position_m: 0.015, yaw_rad: 0.12, reduced_chi_squared: f32::INFINITY };
+/// The touch of the published method: across the depth, centred; and the same with the hand turned half round, for where
+/// the planner refuses it.
+const PUBLISHED_TOUCHES: [u8; 2] = [0, 1];
 /// Times that the object may be lost and searched for anew.
 const LOSSES_MAX: u8 = 1;
 /// Grasps that may fail before the mission gives up.
@@ -58,7 +63,10 @@ enum Doing {
         rank: u8,
     },
     Touching(Trial),
-    Updating,
+    /// Fits the pose; `asked`: waits for a rollout of the mental world.
+    Updating {
+        asked: bool,
+    },
     /// Waits for what the mental world foretells.
     Confirming,
     AskingGrasp {
@@ -170,6 +178,21 @@ impl Mission {
         self.begun.then_some(&self.knowledge.belief)
     }
 
+    /// What was touched and what is known to be free.
+    pub fn evidence(&self) -> &EvidenceStore {
+        &self.knowledge.store
+    }
+
+    /// What was felt, for the published errors; the newest last. Nothing without ideal sensors.
+    pub fn felt_touches(&self) -> &[FeltTouch] {
+        self.knowledge.felt.touches()
+    }
+
+    /// What was known before the first touch.
+    pub fn prior(&self) -> &Prior {
+        &self.knowledge.prior
+    }
+
     /// A status message.
     pub fn status(&self, tick: u32, phase: Phase) -> Status {
         let know = &self.knowledge;
@@ -216,10 +239,27 @@ impl Mission {
                     Some(self.begin_update())
                 }
             },
-            Doing::Updating => match self.update.step(&mut Work::PER_TICK.clone(), &know.store) {
-                Progress::Running => None,
-                Progress::Done => Some(self.updated(tools)),
-            },
+            Doing::Updating { asked } => {
+                let touches = know.felt.touches();
+                if *asked {
+                    match self.enquiry.rollout(tools) {
+                        Ok(Some(foretold)) => self.update.answer(touches, &foretold),
+                        Ok(None) => return None,
+                        Err(HostSlow) => return self.stop(FaultReason::HostSlow),
+                    }
+                }
+                *asked = false;
+                match self.update.step(&mut Work::PER_TICK.clone(), Evidence { store: &know.store, touches }) {
+                    Progress::Running => {
+                        if let Some(request) = self.update.question(touches) {
+                            self.enquiry.ask_mental_world(request, tools.out);
+                            *asked = true;
+                        }
+                        None
+                    }
+                    Progress::Done => Some(self.updated(tools)),
+                }
+            }
             Doing::Confirming => self.confirm(tools),
             Doing::AskingGrasp { variant } => {
                 let variant = *variant;
@@ -284,7 +324,12 @@ impl Mission {
     /// Starts to choose the next touch.
     fn choose(&mut self) -> Doing {
         let know = &self.knowledge;
-        self.chooser.begin(&know.belief, &know.prior, &know.history);
+        if know.method.published().is_some() {
+            // The published method makes the same touch again, aimed at the new belief.
+            self.chooser.begin_with(&PUBLISHED_TOUCHES, &know.prior.shape);
+        } else {
+            self.chooser.begin(&know.belief, &know.prior, &know.history);
+        }
         Doing::Choosing
     }
 
@@ -301,8 +346,8 @@ impl Mission {
     }
 
     fn begin_update(&mut self) -> Doing {
-        self.update.begin(&self.knowledge.prior, &self.knowledge.belief, &UpdateConfig::default());
-        Doing::Updating
+        self.update.begin(&self.knowledge.prior, &self.knowledge.belief, &self.knowledge.method);
+        Doing::Updating { asked: false }
     }
 
     /// What follows an update.
@@ -311,7 +356,9 @@ impl Mission {
         know.belief.clone_from(self.update.belief());
         let readiness = know.belief.readiness(&Tolerance::default());
         let spent = self.touches >= know.setup.trials_max;
-        let confident = readiness == Readiness::Ready || (spent && know.belief.is_confident(&LAST_RESORT));
+        let explained = self.update.explains(know.felt.touches());
+        let confident = explained
+            .unwrap_or_else(|| readiness == Readiness::Ready || (spent && know.belief.is_confident(&LAST_RESORT)));
         tools.out.event(EventKind::Updated {
             belief: know.belief.pose(),
             covariance: know.covariance(),
@@ -323,7 +370,7 @@ impl Mission {
             return self.ask_mental_world(tools);
         }
         if spent {
-            let nothing = readiness == Readiness::NoContact;
+            let nothing = readiness == Readiness::NoContact && know.store.contacts().is_empty();
             return self.fail(if nothing { FailureReason::NothingFelt } else { FailureReason::NotConfident });
         }
         if readiness == Readiness::Inconsistent {
@@ -362,7 +409,7 @@ impl Mission {
             Doing::Choosing | Doing::AskingTouch { .. } | Doing::AskingRetreat => Phase::Plan,
             Doing::Recovering(_) | Doing::Retreating => Phase::Plan,
             Doing::Touching(_) => Phase::Trial,
-            Doing::Updating | Doing::Confirming => Phase::Update,
+            Doing::Updating { .. } | Doing::Confirming => Phase::Update,
             Doing::AskingGrasp { .. } | Doing::Grasping(_) | Doing::AskingTransport => Phase::Grasp,
             Doing::Carrying(carry) if carry.is_releasing() => Phase::Release,
             Doing::Carrying(_) => Phase::Transport,

@@ -9,9 +9,10 @@ use tactus_common::cyphal::{Header, Sender, Session, received_bytes};
 use tactus_common::limits::PAYLOAD_BYTES_MAX;
 use tactus_common::link::{self, CONTROLLER, SMALL_BYTES, WORLD, priority, subject};
 use tactus_common::message::{
-    Command, Digest, DigestReport, Event, EventKind, Heartbeat, Hello, Message, Phase, PlanAnswer, PlanRequest,
-    RolloutRequest, RolloutResult, SCHEMA_VERSION, SensorFrame, Setup, Status, TactileSlice,
+    Command, Digest, DigestReport, Event, EventKind, Heartbeat, Hello, LinkContact, Message, Phase, PlanAnswer,
+    PlanRequest, RolloutRequest, RolloutResult, SCHEMA_VERSION, SensorFrame, Setup, Status, TactileSlice,
 };
+use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::shape::ObjectShape;
 
@@ -28,6 +29,7 @@ const END_PERIOD_TICKS: u32 = 50;
 /// of somebody else under one of our identifiers, most likely.
 const REACH_TICKS: u32 = 1_000;
 const SMALL_RX_BYTES: usize = received_bytes(SMALL_BYTES, Mtu::Fd);
+const LINK_RX_BYTES: usize = received_bytes(LinkContact::WIRE_LEN, Mtu::Fd);
 const LARGE_RX_BYTES: usize = received_bytes(PAYLOAD_BYTES_MAX, Mtu::Fd);
 
 /// Frames and messages that were no use, counted.
@@ -89,6 +91,7 @@ pub struct Node {
     setup: Session<SMALL_RX_BYTES>,
     sensors: Session<SMALL_RX_BYTES>,
     tactile: Session<SMALL_RX_BYTES>,
+    links: Session<LINK_RX_BYTES>,
     plan: Session<LARGE_RX_BYTES>,
     rollout: Session<SMALL_RX_BYTES>,
     pending: Pending,
@@ -131,6 +134,7 @@ impl Node {
             setup: session::<Setup, _>(ANSWER_TIMEOUT_TICKS),
             sensors: session::<SensorFrame, _>(PERIODIC_TIMEOUT_TICKS),
             tactile: session::<TactileSlice, _>(PERIODIC_TIMEOUT_TICKS),
+            links: session::<LinkContact, _>(PERIODIC_TIMEOUT_TICKS),
             plan: session::<PlanAnswer, _>(ANSWER_TIMEOUT_TICKS),
             rollout: session::<RolloutResult, _>(ANSWER_TIMEOUT_TICKS),
             pending: Pending::default(),
@@ -157,8 +161,14 @@ impl Node {
 
     /// Counts of what was no use.
     pub fn stats(&self) -> NodeStats {
-        let sessions =
-            [self.setup.stats(), self.sensors.stats(), self.tactile.stats(), self.plan.stats(), self.rollout.stats()];
+        let sessions = [
+            self.setup.stats(),
+            self.sensors.stats(),
+            self.tactile.stats(),
+            self.links.stats(),
+            self.plan.stats(),
+            self.rollout.stats(),
+        ];
         let missed = sessions.iter().fold(0_u32, |sum, session| sum.saturating_add(session.missed));
         NodeStats { missed, ..self.stats }
     }
@@ -233,6 +243,7 @@ impl Node {
             setup: due.setup,
             readings: Some(readings),
             images: due.images.map(|image| image.map(|(_, image)| *image)),
+            links: due.links(),
             plan: due.plan,
             rollout: due.rollout,
         };
@@ -284,6 +295,14 @@ impl Node {
             Ok((_, Some(_))) => Verdict::Implausible,
             Ok((_, None)) | Err(_) => Verdict::BadPayload,
         });
+        take!(links, payload => match link::decode::<LinkContact>(payload) {
+            Ok(links) if is_near(links.effective(), tick) => {
+                self.pending.put_links(links);
+                Verdict::Used
+            }
+            Ok(_) => Verdict::Implausible,
+            Err(_) => Verdict::BadPayload,
+        });
         take!(setup, payload => match setup_of(payload) {
             Some((_, Some(_))) if !self.is_free() => Verdict::Implausible,
             Some((setup, foreign_version)) => {
@@ -294,6 +313,9 @@ impl Node {
             }
             None => Verdict::BadPayload,
         });
+        // A set-up counts whatever its number: its sender may have been started anew, and a number that noise has left
+        // must not make it look old. One that comes twice is no harm: during a mission none is taken.
+        self.setup.forget_last();
         take!(plan, payload => match PlanAnswer::effective_of(payload) {
             Ok(effective) if !is_near(effective, tick) => Verdict::Implausible,
             Ok(_) => match PlanAnswer::decode_into(payload, &mut self.pending.plan) {
@@ -325,6 +347,7 @@ impl Node {
     fn forget_transfers(&mut self) {
         self.sensors.forget();
         self.tactile.forget();
+        self.links.forget();
         self.plan.forget();
         self.rollout.forget();
         self.pending.forget();
@@ -428,6 +451,7 @@ fn setup_of(payload: &[u8]) -> Option<(Setup, Option<u64>)> {
         displacement_m: [0.0; 2],
         mass_kg: 0.0,
         trials_max: 0,
+        method: Method::DEFAULT,
     };
     Some((setup, Some(version)))
 }

@@ -27,6 +27,34 @@ const STEP_MIN_RAD: f32 = 0.01;
 /// Most steps of one finger's closing.
 const STEPS_MAX: u8 = 48;
 
+/// What foretells the readings of a touch, for the errors that compare contacts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PredictorKind {
+    /// The modelled fingers close on the shape, in the controller: [`Predictor`].
+    #[default]
+    Kinematic,
+    /// The mental world rolls the touch out, asked over the wire.
+    Simulation,
+}
+
+impl PredictorKind {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Kinematic, Self::Simulation];
+
+    /// The name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Kinematic => "kinematic",
+            Self::Simulation => "simulation",
+        }
+    }
+
+    /// The one with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+}
+
 /// What one finger would feel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum FingerPrediction {
@@ -90,7 +118,17 @@ impl Predictor {
     /// Begins the prediction of the touch `plan`, aimed at an object believed at `believed`, that stands at
     /// `hypothesis`.
     pub fn begin(&mut self, plan: &TouchPlan, believed: &PlanarPose, hypothesis: &PlanarPose, shape: &ObjectShape) {
-        let world_from_hand = plan.world_from_hand(believed, shape);
+        self.begin_at(plan, &plan.world_from_hand(believed, shape), hypothesis, shape);
+    }
+
+    /// The same with the hand at `world_from_hand`, wherever the touch was aimed: that it was measured there, say.
+    pub fn begin_at(
+        &mut self,
+        plan: &TouchPlan,
+        world_from_hand: &Isometry3<f32>,
+        hypothesis: &PlanarPose,
+        shape: &ObjectShape,
+    ) {
         let object_from_hand = hypothesis.isometry(shape.rest_height_m()).inverse() * world_from_hand;
         self.shape = *shape;
         self.sin_cos_phi = libm::sincosf(hypothesis.phi_rad);

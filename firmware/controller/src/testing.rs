@@ -15,6 +15,7 @@ use tactus_common::message::{
     PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, RefusalReason, RolloutRequest, RolloutResult, SCHEMA_VERSION,
     Setup,
 };
+use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::reading::{HandCommand, JointReadings, Validity};
 use tactus_common::robot::hand::{self, HandAngles};
@@ -34,6 +35,8 @@ pub const TRUTH: PlanarPose = PlanarPose { x_m: 0.2, y_m: -0.1, phi_rad: 0.05 };
 const DRIVE_RAD_S: f32 = 2.0;
 /// A finger feels what it would touch this much further, radians; more than it closes in a tick.
 const PROBE_RAD: f32 = 1e-3;
+/// A link this near touches, metres: fingers stop that much before the object.
+const TOUCH_M: f32 = 4e-4;
 /// Torque of a fingertip that touches, Nm.
 const TOUCH_NM: f32 = 0.2;
 
@@ -47,6 +50,7 @@ pub fn setup() -> Setup {
         displacement_m: [-0.5, 0.0],
         mass_kg: 0.6,
         trials_max: 12,
+        method: Method::default(),
     }
 }
 
@@ -165,6 +169,7 @@ pub fn cuts(world_from_hand: &Isometry3<f32>, angles: &HandAngles, object: &Plan
 pub fn rollout(request: &RolloutRequest, shape: &ObjectShape, effective: u32) -> RolloutResult {
     let world_from_hand = arm::hand_pose(&request.arm_q_rad);
     let mut onset_inner_rad = [None; FINGERS];
+    let mut touched = 0;
     for (finger, onset) in onset_inner_rad.iter_mut().enumerate().filter(|(f, _)| request.closing_rad_s[*f] > 0.0) {
         let mut inner_rad = request.preshape.inner_rad;
         while onset.is_none() && inner_rad[finger] < 1.9 {
@@ -172,11 +177,12 @@ pub fn rollout(request: &RolloutRequest, shape: &ObjectShape, effective: u32) ->
             let angles = HandAngles::engaged(inner_rad, request.preshape.spread_rad);
             if cuts(&world_from_hand, &angles, &request.pose, shape).fingers[finger] {
                 *onset = Some(inner_rad[finger]);
+                touched |= 1 << HandLink::TIPS[finger].index();
             }
         }
     }
-    // Every link at every instant: nobody looks at them as long as the onsets are there.
-    RolloutResult { effective, request: request.request, onset_inner_rad, contacts: [1; ROLLOUT_INSTANTS] }
+    // Tips, and at every instant: which link it is matters, when it touches is told by the onset.
+    RolloutResult { effective, request: request.request, onset_inner_rad, contacts: [touched; ROLLOUT_INSTANTS] }
 }
 
 /// A hand without mass or springs: a finger moves as it is told and stops at the object.
@@ -271,6 +277,20 @@ impl Bench {
         }
     }
 
+    /// Which hand links touch the object, bit i = link i.
+    pub fn links(&self) -> u16 {
+        let Some(object) = &self.object else { return 0 };
+        let object_from_hand = object.isometry(BOX.rest_height_m()).inverse() * arm::hand_pose(&self.q_rad);
+        let [f1, f2, f3, spread_rad] = self.hand.motor_q_rad;
+        let poses = hand::link_poses(&object_from_hand, &HandAngles::engaged([f1, f2, f3], spread_rad));
+        let mut links = 0;
+        for (link, pose) in HandLink::ALL.iter().zip(poses) {
+            let touches = BOX.separation_below(&pose, hand_prism(*link), TOUCH_M).is_some();
+            links |= u16::from(touches) << link.index();
+        }
+        links
+    }
+
     /// Takes the object away.
     pub fn remove_object(&mut self) {
         self.object = None;
@@ -302,6 +322,8 @@ pub struct Desk {
     pub bench: Bench,
     /// What is felt besides what the bench feels.
     pub felt: Felt,
+    /// The links of the hand tell what they touch.
+    pub ideal_sensors: bool,
     /// What came out of the last step.
     pub out: Outputs,
     /// Ticks so far.
@@ -316,6 +338,7 @@ impl Default for Desk {
             hand: [HandCommand::Idle; HAND_MOTORS],
             bench: Bench::default(),
             felt: Felt::default(),
+            ideal_sensors: false,
             out: Outputs::idle(0),
             tick: 0,
         }
@@ -357,10 +380,12 @@ impl Desk {
         for f in 0..FINGERS {
             felt.fingers[f] |= self.felt.fingers[f];
         }
+        let links = self.bench.links();
         self.out = Outputs::idle(self.tick);
         let mut tools = Tools {
             readings: &readings,
             felt,
+            links: self.ideal_sensors.then_some(links),
             plan,
             rollout,
             executor: &mut self.executor,

@@ -5,15 +5,23 @@
 //! false contacts. Gather: the ends within a chi-squared margin are the modes; ends along a flat valley stay apart, so
 //! that their spread enters the covariance.
 
-use crate::belief::{Belief, MODES_MAX, Mode, Prior};
-use crate::error::Evaluation;
-use crate::error::geometric::{Geometric, GeometricConfig, Residuals, ResidualsUnderWay, UnderWay};
+mod config;
+mod gather;
+mod limited;
+mod once;
+
+pub use config::UpdateConfig;
+
+use crate::belief::{Belief, MODES_MAX, Prior};
+use crate::error::geometric::{Geometric, GeometricConfig, ResidualsUnderWay, UnderWay};
 use crate::evidence::EvidenceStore;
-use crate::optimise::{Ask, Bounds, Found, LevenbergMarquardt, LevenbergMarquardtConfig, Optimiser, start};
+use crate::felt_touch::FeltTouch;
+use crate::optimise::{Ask, Bounds, Found, LevenbergMarquardt, Optimiser, StopReason, start};
 use crate::sort::insertion_sort;
 use crate::work::{GATHERING, MATRICES, Work};
+use gather::merge;
 use heapless::Vec;
-use nalgebra::Matrix3;
+use once::Once;
 use tactus_common::pose::PlanarPose;
 
 /// Modes of the old belief from which a search starts.
@@ -26,25 +34,23 @@ const LARGE_POSITION_M: f32 = 0.06;
 const LARGE_YAW_RAD: f32 = 0.52;
 /// Ends kept for polishing.
 const ENDS_MAX: usize = OLD_MODES_MAX + STARTS_LARGE as usize;
-/// Ends closer than this are one.
-const SAME_POSITION_M: f32 = 1.5e-3;
-const SAME_YAW_RAD: f32 = 0.015;
-/// Error above the least, in chi-squared units, up to which an end is a mode: 99.7 % for three components.
-const MODE_MARGIN: f32 = 14.0;
 /// Loss scale of the exploring searches, in standard deviations: 15 mm at 0.5 mm.
 const WIDE_LOSS_SCALE: f32 = 30.0;
-/// Least standard deviations that are ever claimed: errors of the model that all contacts share (size of the box,
-/// kinematics of the hand) do not average out.
-const FLOOR_POSITION_M: f32 = 0.3e-3;
-const FLOOR_YAW_RAD: f32 = 2e-3;
 
-/// Parameters of an update.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct UpdateConfig {
-    /// What residuals are worth.
-    pub geometric: GeometricConfig,
-    /// Each single search.
-    pub search: LevenbergMarquardtConfig,
+/// All that was felt.
+#[derive(Clone, Copy, Debug)]
+pub struct Evidence<'a> {
+    /// Contacts and free links, for the geometric error.
+    pub store: &'a EvidenceStore,
+    /// Felt touches, for the published errors.
+    pub touches: &'a [FeltTouch],
+}
+
+impl<'a> From<&'a EvidenceStore> for Evidence<'a> {
+    /// Evidence for the geometric error alone.
+    fn from(store: &'a EvidenceStore) -> Self {
+        Self { store, touches: &[] }
+    }
 }
 
 /// What an update did.
@@ -56,8 +62,10 @@ pub struct UpdateStats {
     pub searches: u16,
     /// Modes found.
     pub modes: u8,
-    /// Least error, in chi-squared units.
+    /// Least error: in chi-squared units, or of the published error over all touches.
     pub error: f32,
+    /// Why the (last) search ended.
+    pub stop: Option<StopReason>,
 }
 
 /// State of an update after a slice of work.
@@ -69,7 +77,7 @@ pub enum Progress {
     Done,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Phase {
     Explore {
         next: u16,
@@ -77,13 +85,29 @@ enum Phase {
     Polish {
         next: usize,
     },
+    /// With few evaluations: looks at the starts.
+    Screen {
+        next: u16,
+    },
+    /// With few evaluations: searches from the start of this rank, under the wide loss.
+    Seek {
+        rank: usize,
+    },
+    /// With few evaluations: polishes what came of it.
+    Refine {
+        rank: usize,
+    },
+    /// One search by another optimiser or for another error.
+    Once,
+    /// The end of that search under the narrow loss.
+    Narrow(PlanarPose),
     /// How well the best end explains the evidence.
     Check,
     #[default]
     Done,
 }
 
-/// One update; owns all its state, about 6 KiB.
+/// One update; owns all its state, about 13 KiB.
 #[derive(Clone, Debug, Default)]
 pub struct Update {
     config: UpdateConfig,
@@ -98,6 +122,7 @@ pub struct Update {
     residuals: Option<ResidualsUnderWay>,
     ends: Vec<Found, ENDS_MAX>,
     polished: Vec<Found, MODES_MAX>,
+    once: Once,
     stats: UpdateStats,
     belief: Belief,
 }
@@ -129,7 +154,15 @@ impl Update {
         self.stats = UpdateStats::default();
         self.belief.clone_from(before);
         (self.evaluation, self.residuals) = (None, None);
-        self.start_exploring(0);
+        self.once.forget();
+        if !config.is_ours() {
+            self.stats.searches = 1;
+            self.phase = Phase::Once;
+        } else if config.evaluations_max > 0 {
+            self.start_screening();
+        } else {
+            self.start_exploring(0);
+        }
     }
 
     /// The belief: the old one until the update is done.
@@ -142,16 +175,22 @@ impl Update {
         self.stats
     }
 
-    /// As much as the work allows. The evidence must be the same in every slice of one update.
-    pub fn step(&mut self, work: &mut Work, store: &EvidenceStore) -> Progress {
+    /// As much as the work allows. The evidence must be the same in every slice of one update. With the simulation as
+    /// predictor it goes on once [`Self::question`] has been [answered](Self::answer).
+    pub fn step<'a>(&mut self, work: &mut Work, evidence: impl Into<Evidence<'a>>) -> Progress {
+        let evidence = evidence.into();
         let narrow = self.config.geometric;
         let wide = GeometricConfig { loss_scale: WIDE_LOSS_SCALE, ..narrow };
-        let narrow = Geometric::new(store, &self.prior.shape, &narrow);
-        let wide = Geometric::new(store, &self.prior.shape, &wide);
+        let narrow = Geometric::new(evidence.store, &self.prior.shape, &narrow);
+        let wide = Geometric::new(evidence.store, &self.prior.shape, &wide);
         while work.is_left() {
             match self.phase {
-                Phase::Explore { .. } => self.search(&wide, work),
-                Phase::Polish { .. } => self.search(&narrow, work),
+                Phase::Explore { .. } | Phase::Seek { .. } => self.search(&wide, &evidence, work),
+                Phase::Polish { .. } | Phase::Refine { .. } => self.search(&narrow, &evidence, work),
+                Phase::Screen { next } => self.screen(next, &wide, work),
+                Phase::Once if self.question(evidence.touches).is_some() => return Progress::Running,
+                Phase::Once => self.search_once(&wide, &evidence, work),
+                Phase::Narrow(pose) => self.look_narrowly(&pose, &narrow, work),
                 Phase::Check => self.check(&narrow, work),
                 Phase::Done => return Progress::Done,
             }
@@ -160,7 +199,7 @@ impl Update {
     }
 
     /// One evaluation of the search under way, or what the work allows of it.
-    fn search(&mut self, error: &Geometric<'_>, work: &mut Work) {
+    fn search(&mut self, error: &Geometric<'_>, evidence: &Evidence<'_>, work: &mut Work) {
         match (self.evaluation.as_mut(), self.search.ask()) {
             (Some(under_way), _) => {
                 if let Some(evaluation) = error.proceed(under_way, work) {
@@ -171,17 +210,25 @@ impl Update {
                 }
             }
             (None, Ask::Evaluate(pose)) => self.evaluation = Some(error.begin(&pose)),
-            (None, Ask::Done(found, _)) => self.finish_search(found, work),
+            (None, Ask::Done(found, reason)) => {
+                self.stats.stop = Some(reason);
+                self.finish_search(found, evidence, work);
+            }
         }
     }
 
     fn start_exploring(&mut self, index: u16) {
-        let from = match self.old.get(usize::from(index)) {
-            Some(pose) => *pose,
-            None => self.bounds.at(start(index - self.old.len() as u16)),
-        };
+        let from = self.start(index);
         self.begin_search(&from);
         self.phase = Phase::Explore { next: index + 1 };
+    }
+
+    /// The old modes, then the sequence over the region.
+    fn start(&self, index: u16) -> PlanarPose {
+        match self.old.get(usize::from(index)) {
+            Some(pose) => *pose,
+            None => self.bounds.at(start(index - self.old.len() as u16)),
+        }
     }
 
     fn begin_search(&mut self, from: &PlanarPose) {
@@ -189,7 +236,7 @@ impl Update {
         self.search = LevenbergMarquardt::new(&self.config.search, &self.bounds, from);
     }
 
-    fn finish_search(&mut self, found: Found, work: &mut Work) {
+    fn finish_search(&mut self, found: Found, evidence: &Evidence<'_>, work: &mut Work) {
         match self.phase {
             Phase::Explore { next } => {
                 let _ = self.ends.push(found);
@@ -206,7 +253,9 @@ impl Update {
                 let _ = self.polished.push(found);
                 self.start_polishing(next);
             }
-            Phase::Check | Phase::Done => {}
+            Phase::Seek { rank } => self.finish_seeking(rank, found),
+            Phase::Refine { rank } => self.finish_refining(rank, found, evidence, work),
+            Phase::Screen { .. } | Phase::Once | Phase::Narrow(_) | Phase::Check | Phase::Done => {}
         }
     }
 
@@ -217,12 +266,14 @@ impl Update {
                 self.begin_search(&pose);
                 self.phase = Phase::Polish { next: index + 1 };
             }
-            _ => {
-                insertion_sort(&mut self.polished, |a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
-                merge(&mut self.polished);
-                self.phase = Phase::Check;
-            }
+            _ => self.finish_polishing(),
         }
+    }
+
+    fn finish_polishing(&mut self) {
+        insertion_sort(&mut self.polished, |a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
+        merge(&mut self.polished);
+        self.phase = Phase::Check;
     }
 
     /// How well the best end explains the evidence; then the belief follows. The old one stays if there is no end.
@@ -238,196 +289,7 @@ impl Update {
             self.phase = Phase::Done;
         }
     }
-
-    /// The belief from the polished ends.
-    fn gather(&mut self, best: &Found, residuals: Residuals) {
-        let mut modes: Vec<Mode, MODES_MAX> = Vec::new();
-        for end in &self.polished {
-            if end.evaluation.error <= best.evaluation.error + MODE_MARGIN {
-                let mode = Mode {
-                    pose: end.pose,
-                    covariance: self.covariance(&end.evaluation),
-                    weight: 0.0,
-                    error: end.evaluation.error,
-                };
-                let _ = modes.push(mode);
-            }
-        }
-        self.stats.modes = modes.len() as u8;
-        self.stats.error = best.evaluation.error;
-        if let Some(belief) = Belief::from_modes(modes, residuals) {
-            self.belief = belief;
-        }
-    }
-
-    /// Inverse of the evidence's information plus the prior's, over the components that are not known exactly, plus
-    /// the floor.
-    fn covariance(&self, evaluation: &Evaluation) -> Matrix3<f32> {
-        let mut information = evaluation.slope.map_or_else(Matrix3::zeros, |s| s.information);
-        let prior = self.prior.information();
-        for axis in 0..3 {
-            match prior[axis] {
-                Some(known) => information[(axis, axis)] += known,
-                None => {
-                    for other in 0..3 {
-                        information[(axis, other)] = 0.0;
-                        information[(other, axis)] = 0.0;
-                    }
-                    information[(axis, axis)] = 1.0;
-                }
-            }
-        }
-        let mut covariance = match information.cholesky() {
-            Some(root) => root.inverse(),
-            None => Matrix3::from_diagonal(&nalgebra::Vector3::from(prior.map(|p| p.map_or(0.0, |i| 1.0 / i)))),
-        };
-        let floors = [FLOOR_POSITION_M, FLOOR_POSITION_M, FLOOR_YAW_RAD];
-        for axis in 0..3 {
-            covariance[(axis, axis)] =
-                if prior[axis].is_some() { covariance[(axis, axis)] + floors[axis] * floors[axis] } else { 0.0 };
-        }
-        covariance
-    }
-}
-
-/// Removes from a list in order of error every end that is next to a better one.
-fn merge<const N: usize>(ends: &mut Vec<Found, N>) {
-    let mut kept = 0;
-    for at in 0..ends.len() {
-        let Some(end) = ends.get(at).copied() else { break };
-        let is_known = ends.iter().take(kept).any(|better| is_same(&better.pose, &end.pose));
-        if end.evaluation.is_finite() && !is_known {
-            if let Some(slot) = ends.get_mut(kept) {
-                *slot = end;
-            }
-            kept += 1;
-        }
-    }
-    ends.truncate(kept);
-}
-
-fn is_same(a: &PlanarPose, b: &PlanarPose) -> bool {
-    libm::fabsf(a.x_m - b.x_m) < SAME_POSITION_M
-        && libm::fabsf(a.y_m - b.y_m) < SAME_POSITION_M
-        && libm::fabsf(a.phi_rad - b.phi_rad) < SAME_YAW_RAD
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::belief::{Readiness, Tolerance};
-    use crate::touch::{candidate, rehearse::rehearse};
-    use tactus_common::pose::Interval;
-    use tactus_common::shape::ObjectShape;
-
-    const SHAPE: ObjectShape = ObjectShape::THESIS_BOX;
-    const GUESS: PlanarPose = PlanarPose { x_m: 0.2, y_m: -0.1, phi_rad: 0.0 };
-
-    fn prior(interval: Interval) -> Prior {
-        Prior { guess: GUESS, interval, shape: SHAPE }
-    }
-
-    fn exact() -> UpdateConfig {
-        let geometric = GeometricConfig { contact_depth_m: 0.0, ..GeometricConfig::default() };
-        UpdateConfig { geometric, ..UpdateConfig::default() }
-    }
-
-    fn touched(ids: &[u8], truth: &PlanarPose) -> EvidenceStore {
-        let mut store = EvidenceStore::new(SHAPE.top_height_m());
-        for id in ids {
-            rehearse(&mut store, &candidate(*id, &SHAPE).expect("listed"), &GUESS, truth, &SHAPE);
-        }
-        store
-    }
-
-    fn run(prior: &Prior, store: &EvidenceStore, slice: Work) -> (Belief, UpdateStats) {
-        let mut update = Update::new(prior, &Belief::from_prior(prior), &exact());
-        for _ in 0..200_000 {
-            if update.step(&mut slice.clone(), store) == Progress::Done {
-                return (update.belief().clone(), update.stats());
-            }
-        }
-        panic!("no end");
-    }
-
-    #[test]
-    fn three_touches_without_noise_give_the_pose() {
-        let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
-        for truth in [PlanarPose::new(0.22, -0.08, 0.15), PlanarPose::new(0.19, -0.12, -0.2), GUESS] {
-            let (belief, stats) = run(&p, &touched(&[0, 6, 3], &truth), Work::unlimited());
-            let pose = belief.pose();
-            let off = [pose.x_m - truth.x_m, pose.y_m - truth.y_m, pose.phi_rad - truth.phi_rad];
-            assert!(off[0].abs() < 3e-4 && off[1].abs() < 3e-4 && off[2].abs() < 3e-3, "{off:?} {stats:?}");
-            assert_eq!(belief.readiness(&Tolerance::default()), Readiness::Ready, "{stats:?}");
-            assert!(stats.evaluations < 400, "{stats:?}");
-        }
-    }
-
-    #[test]
-    fn one_touch_across_leaves_the_position_along_the_box_open() {
-        let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
-        let (belief, _) = run(&p, &touched(&[0], &GUESS), Work::unlimited());
-        let sigma_x_m = libm::sqrtf(belief.covariance()[(0, 0)]);
-        assert!(sigma_x_m > 0.015, "{sigma_x_m}");
-        assert_ne!(belief.readiness(&Tolerance::default()), Readiness::Ready);
-    }
-
-    #[test]
-    fn slicing_changes_nothing() {
-        let p = prior(Interval { x_m: 0.1, y_m: 0.1, phi_rad: 0.78 });
-        let store = touched(&[0, 7], &PlanarPose::new(0.22, -0.08, 0.15));
-        let (whole, whole_stats) = run(&p, &store, Work::unlimited());
-        let (sliced, sliced_stats) = run(&p, &store, Work::units(1));
-        assert_eq!(whole_stats, sliced_stats);
-        assert_eq!(whole.pose(), sliced.pose());
-        assert_eq!(whole.covariance(), sliced.covariance());
-    }
-
-    #[test]
-    fn components_known_exactly_stay_and_one_unknown_needs_two_contacts() {
-        let p = prior(Interval { x_m: 0.0, y_m: 0.05, phi_rad: 0.0 });
-        let truth = PlanarPose { y_m: -0.12, ..GUESS };
-        let (belief, _) = run(&p, &touched(&[0], &truth), Work::unlimited());
-        assert_eq!((belief.pose().x_m, belief.pose().phi_rad), (GUESS.x_m, GUESS.phi_rad));
-        assert!((belief.pose().y_m - truth.y_m).abs() < 2e-4);
-        assert_eq!(belief.covariance()[(0, 0)], 0.0);
-        assert_eq!(belief.readiness(&Tolerance::default()), Readiness::Ready);
-    }
-
-    #[test]
-    fn without_evidence_nothing_is_learnt() {
-        let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
-        let (belief, _) = run(&p, &EvidenceStore::new(0.2), Work::unlimited());
-        assert_eq!(belief.readiness(&Tolerance::default()), Readiness::NoContact);
-        assert!(libm::sqrtf(belief.covariance()[(0, 0)]) > 0.02);
-    }
-
-    #[test]
-    fn one_false_contact_among_many_is_outvoted_or_named() {
-        let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
-        let truth = PlanarPose::new(0.21, -0.09, 0.1);
-        let mut store = touched(&[0, 6, 3], &truth);
-        // F1 is said to touch while it is open, 40 mm from the box.
-        let plan = candidate(0, &SHAPE).expect("listed");
-        let open = tactus_common::robot::hand::HandAngles::engaged(plan.preopen_rad, plan.spread_rad);
-        let hand = plan.world_from_hand(&GUESS, &SHAPE);
-        let kind = crate::evidence::ContactKind::Closing;
-        store.add_contact(&hand, &open, crate::evidence::Toucher::Finger(0), kind).expect("room");
-        let (belief, _) = run(&p, &store, Work::unlimited());
-        let (dx, dy) = (belief.pose().x_m - truth.x_m, belief.pose().y_m - truth.y_m);
-        assert!(dx.abs() < 1e-3 && dy.abs() < 1e-3, "{dx} {dy}");
-        assert_eq!(belief.residuals().outliers, 1);
-    }
-
-    #[test]
-    fn an_object_that_was_moved_far_is_noticed() {
-        let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
-        let mut store = touched(&[0, 6], &GUESS);
-        let moved = PlanarPose::new(0.215, -0.085, 0.1);
-        for id in [0, 6] {
-            rehearse(&mut store, &candidate(id, &SHAPE).expect("listed"), &GUESS, &moved, &SHAPE);
-        }
-        let (belief, _) = run(&p, &store, Work::unlimited());
-        assert_ne!(belief.readiness(&Tolerance::default()), Readiness::Ready);
-    }
-}
+mod tests;

@@ -245,7 +245,7 @@ unsafe fn tick(state: &mut State, now: u32, given: &TactusInputs, out: &mut Tact
     };
     // Everything is known to be in order: from here on nothing fails.
     let setup = state.begun.take();
-    let inputs = Inputs { setup: setup.as_ref(), readings, images, plan, rollout: rollout.as_ref() };
+    let inputs = Inputs { setup: setup.as_ref(), readings, images, links: None, plan, rollout: rollout.as_ref() };
     let said = state.controller.tick(now, &inputs);
     out.fill(&said, &state.controller);
     Ok(())

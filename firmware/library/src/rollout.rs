@@ -17,8 +17,10 @@ pub struct TactusRolloutRequest {
     pub arm_q_rad: [f32; TACTUS_ARM_JOINTS],
     /// Finger angles from which to close.
     pub preshape: TactusPreshape,
-    /// Closing speed of each finger's inner link, rad/s, for 0.6 s; 0 = does not close.
+    /// Closing speed of each finger's inner link, rad/s, for `ticks`; 0 = does not close.
     pub closing_rad_s: [f32; TACTUS_FINGERS],
+    /// Ticks of closing to foretell, 2 ms each.
+    pub ticks: u16,
     /// Number of this request; the answer carries it.
     pub request: u16,
 }
@@ -30,6 +32,7 @@ impl From<&RolloutRequest> for TactusRolloutRequest {
             arm_q_rad: r.arm_q_rad,
             preshape: r.preshape.into(),
             closing_rad_s: r.closing_rad_s,
+            ticks: r.ticks,
             request: r.request,
         }
     }

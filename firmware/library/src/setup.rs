@@ -5,6 +5,7 @@ use crate::handle::Plain;
 use crate::plan::TactusRefusal;
 use crate::result::TactusResult;
 use tactus_common::message::{FailureReason, FaultReason, Outcome, Phase, SCHEMA_VERSION, Setup};
+use tactus_common::method::Method;
 
 /// A mission: all that the controller is told about the object's place; the rest it must feel.
 #[repr(C)]
@@ -37,6 +38,7 @@ impl TactusSetup {
             displacement_m: self.displacement_m,
             mass_kg: self.mass_kg,
             trials_max: self.trials_max,
+            method: Method::default(),
         })
     }
 }

@@ -169,6 +169,7 @@ impl Rig {
             setup: begins.then_some(&mission),
             readings: self.driver.readings(),
             images,
+            links: None,
             plan: plan_answer.as_ref(),
             rollout: rollout_answer.as_ref(),
         };

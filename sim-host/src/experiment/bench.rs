@@ -1,7 +1,8 @@
 //! Benchmarks: rates and medians, no timed tests. What they print, `cargo xtask bench` sets beside other figures.
 
 use crate::mental::{Closing, MentalModel, RolloutInput};
-use crate::mission::{self, MissionOptions};
+use crate::method::MethodOptions;
+use crate::mission::{self, MissionOptions, Reality};
 use crate::scenario::Scenario;
 use crate::world::{HandStart, Mismatch, Scene, World};
 use anyhow::anyhow;
@@ -161,7 +162,16 @@ fn update_ms() -> anyhow::Result<f64> {
         let [x_m, y_m, phi_rad] = mission::DEFAULT_OFFSET;
         let interval = Interval { x_m, y_m, phi_rad };
         let guess = mission::guess_around(&truth, &interval, seed);
-        let options = MissionOptions { scenario, seed, truth, guess, interval, trials_max: 8 };
+        let options = MissionOptions {
+            scenario,
+            seed,
+            truth,
+            guess,
+            interval,
+            trials_max: 8,
+            reality: Reality::default(),
+            method: MethodOptions::default(),
+        };
         let report = mission::run(&options, &mut |_| {})?;
         times_ms.extend(report.update_times_s.iter().map(|t| t * 1e3));
     }

@@ -1,5 +1,6 @@
 //! The summary JSON of one mission: a contract with tools outside this repository.
 
+use crate::method::MethodOptions;
 use crate::mission::{MissionOptions, MissionReport};
 use anyhow::Context;
 use serde::Serialize;
@@ -42,6 +43,37 @@ pub struct RoundTrip {
     max: f32,
 }
 
+/// How the pose was found.
+#[derive(Serialize, Clone, Debug)]
+pub struct MethodUsed {
+    error: String,
+    optimizer: String,
+    predictor: String,
+    gradient: String,
+    damping: f32,
+    instants: u8,
+    /// 0 = the method's own default.
+    evaluations_max: u16,
+    sensors: String,
+}
+
+impl MethodUsed {
+    /// As it was told.
+    pub fn of(options: &MethodOptions) -> Self {
+        let method = &options.method;
+        Self {
+            error: method.error.to_string(),
+            optimizer: method.optimizer.to_string(),
+            predictor: method.predictor.to_string(),
+            gradient: method.gradient.to_string(),
+            damping: method.damping,
+            instants: method.instants,
+            evaluations_max: method.evaluations_max,
+            sensors: options.sensors.name().to_owned(),
+        }
+    }
+}
+
 /// The summary of one mission.
 #[derive(Serialize, Clone, Debug)]
 pub struct Summary {
@@ -51,6 +83,7 @@ pub struct Summary {
     digest: Option<String>,
     /// Ticks that the digest covers.
     digest_ticks: Option<u32>,
+    method: MethodUsed,
     true_pose: Pose,
     guess: Pose,
     believed_pose: Pose,
@@ -83,6 +116,7 @@ impl Summary {
             seed: options.seed,
             digest: report.digest_text(),
             digest_ticks: report.digest.map(|d| d.ticks),
+            method: MethodUsed::of(&options.method),
             true_pose: Pose::new(&options.truth, z),
             guess: Pose::new(&options.guess, z),
             believed_pose: Pose::new(&report.believed, z),

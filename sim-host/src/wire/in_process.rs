@@ -31,6 +31,11 @@ impl InProcess {
         Self { bus: VirtualBus::new(2, config), node: Node::new(mtu), hooks }
     }
 
+    /// The controller's node, for reports: nobody at the world's end may act on what is in it.
+    pub fn node(&self) -> &Node {
+        &self.node
+    }
+
     /// Lets the controller take what has arrived, and puts what it says on the bus.
     fn run_controller(&mut self, tick: u32) -> anyhow::Result<Duration> {
         let started = Instant::now();

@@ -21,6 +21,21 @@ impl ContactMatrix {
         Self { rows: rows.into_iter().take(ROLLOUT_INSTANTS).map(|row| row & bits).collect() }
     }
 
+    /// One more row; one too many is left out.
+    pub fn push(&mut self, row: u16) {
+        let _ = self.rows.push(row & ((1 << HAND_LINKS) - 1));
+    }
+
+    /// The matrix at `instants` of its [`ROLLOUT_INSTANTS`] instants, equally spaced, the last one kept: row i is the
+    /// one at or before `(i + 1) / instants` of the way. As it is for as many or more.
+    pub fn thinned(&self, instants: usize) -> Self {
+        if instants >= self.rows.len() {
+            return self.clone();
+        }
+        let rows = &self.rows;
+        Self::new((1..=instants).filter_map(|i| rows.get((i * rows.len() / instants).saturating_sub(1)).copied()))
+    }
+
     /// Rows, first instant first.
     pub fn rows(&self) -> &[u16] {
         &self.rows
@@ -106,6 +121,16 @@ mod tests {
         let expected = 1.0 + 0.606_530_66 + 0.367_879_44;
         assert!((error(ContactError::Weighted) - expected).abs() < 1e-6);
         assert!((error(ContactError::Modified) - (expected + 0.01 + 0.04)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_thinned_matrix_holds_the_instants_that_it_shares() {
+        let matrix = ContactMatrix::new(0..16);
+        assert_eq!(matrix.thinned(4).rows(), [3, 7, 11, 15]);
+        assert_eq!(matrix.thinned(5).rows(), [2, 5, 8, 11, 15]);
+        assert_eq!(matrix.thinned(1).rows(), [15]);
+        assert_eq!(matrix.thinned(16), matrix);
+        assert_eq!(matrix.thinned(0).rows(), []);
     }
 
     #[test]

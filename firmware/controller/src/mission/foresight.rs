@@ -9,6 +9,8 @@ use tactus_common::pose::PlanarPose;
 
 /// Difference between foretold and felt inner-link angle at onset that still confirms the belief, radians (about 3 mm).
 pub const CONFIRM_RAD: f32 = 0.03;
+/// Ticks of closing that are foretold: 0.6 s.
+const CONFIRM_TICKS: u16 = 300;
 /// The foretold closing begins this much before the angle at which something was felt, radians: half of what 0.6 s
 /// of closing sweep.
 const CONFIRM_RUN_UP_RAD: f32 = 0.1;
@@ -39,7 +41,14 @@ impl LastTouch {
                 *speed = closing::CLOSING_RAD_S;
             }
         }
-        Some(RolloutRequest { request: 0, pose, arm_q_rad: self.arm_q_rad, preshape, closing_rad_s })
+        Some(RolloutRequest {
+            request: 0,
+            pose,
+            arm_q_rad: self.arm_q_rad,
+            preshape,
+            closing_rad_s,
+            ticks: CONFIRM_TICKS,
+        })
     }
 
     /// Is what the mental world foretells what was felt?

@@ -2,8 +2,11 @@
 
 use crate::belief::{Belief, Prior};
 use crate::evidence::EvidenceStore;
+use crate::felt_touch::FeltTouches;
 use crate::touch::TouchHistory;
+use crate::update::UpdateConfig;
 use tactus_common::message::{FaultReason, SCHEMA_VERSION, Setup};
+use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::shape::ObjectShape;
 
@@ -21,6 +24,10 @@ pub struct Knowledge {
     pub belief: Belief,
     /// What was felt.
     pub store: EvidenceStore,
+    /// What the links of the hand told, where they can.
+    pub felt: FeltTouches,
+    /// How the pose is found.
+    pub method: UpdateConfig,
     /// The touches made.
     pub history: TouchHistory,
     /// Where the object is to stand, once it has been grasped for the first time.
@@ -36,6 +43,7 @@ const NO_SETUP: Setup = Setup {
     displacement_m: [0.0; 2],
     mass_kg: 0.0,
     trials_max: 0,
+    method: Method::DEFAULT,
 };
 
 impl Default for Knowledge {
@@ -46,6 +54,8 @@ impl Default for Knowledge {
             prior: Prior::default(),
             belief: Belief::default(),
             store: EvidenceStore::default(),
+            felt: FeltTouches::default(),
+            method: UpdateConfig::default(),
             history: TouchHistory::default(),
             goal: None,
         }
@@ -60,6 +70,7 @@ impl Knowledge {
     /// then.
     pub fn begin(&mut self, setup: &Setup) -> Result<(), FaultReason> {
         check(setup)?;
+        self.method = UpdateConfig::of(&setup.method).ok_or(FaultReason::BadSetup)?;
         self.setup = *setup;
         self.goal = None;
         self.search_anew(setup.guess, setup.interval);
@@ -71,6 +82,7 @@ impl Knowledge {
         self.prior = Prior { guess, interval, shape: self.setup.shape };
         self.belief = Belief::from_prior(&self.prior);
         self.store.begin(self.setup.shape.top_height_m());
+        self.felt.forget();
         self.history = TouchHistory::default();
     }
 
@@ -110,4 +122,5 @@ fn is_sound(setup: &Setup) -> bool {
         && setup.displacement_m.iter().all(near)
         && (0.0..=SETUP_MAX).contains(&setup.mass_kg)
         && setup.trials_max > 0
+        && UpdateConfig::of(&setup.method).is_some()
 }

@@ -13,6 +13,8 @@ pub struct Tools<'a> {
     pub readings: &'a JointReadings,
     /// What is felt.
     pub felt: Felt,
+    /// Which hand links touch, bit i = link i, by an ideal sensor; `None` without one.
+    pub links: Option<u16>,
     /// The planner's answer.
     pub plan: Option<&'a PlanAnswer>,
     /// The mental world's answer.

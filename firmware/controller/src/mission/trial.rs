@@ -5,12 +5,9 @@ use super::descent::{Descent, DescentEnd};
 use super::withdraw::Withdraw;
 use super::{Knowledge, Tools, hand};
 use crate::evidence::{ContactKind, Toucher};
-use crate::touch::TouchPlan;
+use crate::touch::{CLOSED_RAD, TouchPlan};
 use tactus_common::limits::{ARM_JOINTS, FINGERS};
 use tactus_common::message::{EventKind, FaultReason};
-
-/// A finger that comes this far without feeling anything has missed, radians.
-const CLOSED_RAD: f32 = 1.75;
 
 /// Where a touch is.
 #[derive(Clone, Copy, Debug)]
@@ -69,18 +66,26 @@ impl Trial {
             Step::Descend(descent) => match descent.step(know, tools) {
                 DescentEnd::NotYet => None,
                 DescentEnd::Stuck(reason) => return TrialEnd::Stuck(reason),
-                DescentEnd::Landed => Some(Step::Withdraw(Withdraw::at_once(tools))),
+                DescentEnd::Landed => {
+                    let (world_from_hand, angles) = hand::measured(tools.readings);
+                    let arm_q_rad = tools.readings.arm_q_rad;
+                    know.felt.landed(&self.plan, &world_from_hand, arm_q_rad, angles.inner_rad, tools.links);
+                    Some(Step::Withdraw(Withdraw::at_once(tools)))
+                }
                 DescentEnd::Down => {
                     let (world_from_hand, angles) = hand::measured(tools.readings);
                     // A full store drops the newest and counts it; the touch still counts with what it has.
                     let _ = know.store.add_free(&world_from_hand, &angles, [true; FINGERS]);
                     self.arm_q_rad = tools.readings.arm_q_rad;
+                    know.felt.begin(&self.plan, &world_from_hand, self.arm_q_rad);
                     Some(Step::Close(Closing::new(self.plan.closes, CLOSED_RAD)))
                 }
             },
             Step::Close(closing) => {
                 let closed = closing.step(tools, |f, inner_rad, tools| note_contact(f, inner_rad, know, tools));
+                know.felt.feel(tools.links);
                 if closed {
+                    know.felt.end(tools.readings.inner_q_rad);
                     self.onset_inner_rad = closing.onset_inner_rad();
                     self.note_misses(know, tools);
                 }

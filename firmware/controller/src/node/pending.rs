@@ -2,7 +2,7 @@
 
 use tactus_common::limits::PADS;
 use tactus_common::link;
-use tactus_common::message::{Digest, PlanAnswer, RolloutResult, Setup, TactileSlice};
+use tactus_common::message::{Digest, LinkContact, PlanAnswer, RolloutResult, Setup, TactileSlice};
 use tactus_common::reading::TactileImage;
 
 /// What waits; the newest of each kind.
@@ -12,6 +12,9 @@ pub struct Pending {
     pub setup: Option<Setup>,
     /// Images by pad, with the tick at which each takes effect.
     pub images: [Option<(u32, TactileImage)>; PADS],
+    /// Link contacts by parity of the tick at which they take effect: those of one tick are there while those of the
+    /// tick before still wait.
+    links: [Option<LinkContact>; 2],
     /// An answer of the planner.
     pub plan: Option<PlanAnswer>,
     /// An answer of the mental world.
@@ -21,8 +24,14 @@ pub struct Pending {
 impl Pending {
     /// Nothing waits. In place: a new value would pass over the stack.
     pub fn forget(&mut self) {
-        (self.setup, self.images) = (None, [None; PADS]);
+        (self.setup, self.images, self.links) = (None, [None; PADS], [None; 2]);
         (self.plan, self.rollout) = (None, None);
+    }
+
+    /// Keeps link contacts until their tick.
+    pub fn put_links(&mut self, links: LinkContact) {
+        let [even, odd] = &mut self.links;
+        *(if links.effective().is_multiple_of(2) { even } else { odd }) = Some(links);
     }
 
     /// What takes effect at tick `now`, or should have done so before.
@@ -30,6 +39,7 @@ impl Pending {
         Due {
             setup: self.setup.as_ref(),
             images: self.images.each_ref().map(|image| image.as_ref().filter(|(effective, _)| *effective <= now)),
+            links: self.links.each_ref().map(|links| links.as_ref().filter(|links| links.effective() <= now)),
             plan: self.plan.as_ref().filter(|plan| plan.effective <= now),
             rollout: self.rollout.as_ref().filter(|rollout| rollout.effective <= now),
         }
@@ -40,6 +50,11 @@ impl Pending {
         self.setup = None;
         for slot in &mut self.images {
             if slot.is_some_and(|(effective, _)| effective <= now) {
+                *slot = None;
+            }
+        }
+        for slot in &mut self.links {
+            if slot.is_some_and(|links| links.effective() <= now) {
                 *slot = None;
             }
         }
@@ -58,6 +73,7 @@ pub struct Due<'a> {
     pub setup: Option<&'a Setup>,
     /// Images by pad, with the tick at which each should take effect.
     pub images: [Option<&'a (u32, TactileImage)>; PADS],
+    links: [Option<&'a LinkContact>; 2],
     /// An answer of the planner.
     pub plan: Option<&'a PlanAnswer>,
     /// An answer of the mental world.
@@ -65,6 +81,11 @@ pub struct Due<'a> {
 }
 
 impl Due<'_> {
+    /// Which hand links touch; the newer where one was late.
+    pub fn links(&self) -> Option<u16> {
+        self.links.iter().flatten().max_by_key(|links| links.effective()).map(|links| links.links())
+    }
+
     /// Adds all of it to a digest, in order of subject.
     pub fn hash(&self, digest: &mut Digest) {
         // Encoding into a digest cannot run out of room.
@@ -73,6 +94,9 @@ impl Due<'_> {
         }
         for (effective, image) in self.images.iter().flatten() {
             let _ = link::digest(&TactileSlice::pack(image, *effective), digest);
+        }
+        for links in self.links.iter().flatten() {
+            let _ = link::digest(*links, digest);
         }
         if let Some(plan) = self.plan {
             let _ = link::digest(plan, digest);
@@ -85,7 +109,8 @@ impl Due<'_> {
     /// How many of it should have taken effect before tick `now`.
     pub fn late(&self, now: u32) -> u32 {
         let images = self.images.iter().flatten().map(|(effective, _)| *effective);
+        let links = self.links.iter().flatten().map(|links| links.effective());
         let answers = self.plan.map(|p| p.effective).into_iter().chain(self.rollout.map(|r| r.effective));
-        images.chain(answers).map(|effective| u32::from(effective < now)).sum()
+        images.chain(links).chain(answers).map(|effective| u32::from(effective < now)).sum()
     }
 }

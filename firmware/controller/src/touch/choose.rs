@@ -132,6 +132,16 @@ impl Chooser {
         self.tally = Tally::default();
     }
 
+    /// These candidates in this order, without a choice.
+    pub fn begin_with(&mut self, ids: &[u8], shape: &ObjectShape) {
+        self.shape = *shape;
+        self.ranked.clear();
+        for plan in ids.iter().filter_map(|id| candidate(*id, shape)) {
+            let _ = self.ranked.push(Choice { plan, gain: 0.0, landings: 0.0 });
+        }
+        self.id = CANDIDATES;
+    }
+
     /// What has been ranked: all candidates, the best first, once [`Self::step`] says so.
     pub fn ranked(&self) -> &RankedTouches {
         &self.ranked

@@ -14,6 +14,9 @@ use tactus_common::message::{HandPlacement, Preshape};
 use tactus_common::pose::PlanarPose;
 use tactus_common::shape::ObjectShape;
 
+/// A finger that comes this far without feeling anything has missed, radians.
+pub const CLOSED_RAD: f32 = 1.75;
+
 /// A touch: where the hand goes down, pointing straight down, how it is opened, and which fingers close.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TouchPlan {

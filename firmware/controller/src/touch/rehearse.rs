@@ -1,11 +1,27 @@
 //! For tests: a touch without noise, from the predictor straight into the evidence.
 
 use super::TouchPlan;
+use crate::error::contact::Closing;
 use crate::evidence::{ContactKind, EvidenceStore, Toucher};
+use crate::felt_touch::FeltTouch;
 use crate::predict::{CLOSE_END_RAD, FingerPrediction, predict};
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::hand::HandAngles;
 use tactus_common::shape::ObjectShape;
+
+/// The touch `plan`, aimed at `believed`, as the links feel it on an object that stands at `truth`.
+pub(crate) fn rehearse_felt(
+    plan: &TouchPlan,
+    believed: &PlanarPose,
+    truth: &PlanarPose,
+    shape: &ObjectShape,
+) -> FeltTouch {
+    let world_from_hand = plan.world_from_hand(believed, shape);
+    let mut touch =
+        FeltTouch { plan: *plan, world_from_hand, arm_q_rad: [0.0; 7], landed: false, felt: Closing::default() };
+    touch.felt = touch.foretold(&predict(plan, believed, truth, shape));
+    touch
+}
 
 /// Makes the touch `plan`, aimed at `believed`, on an object that stands at `truth`.
 pub(crate) fn rehearse(

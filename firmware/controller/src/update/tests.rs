@@ -1,0 +1,197 @@
+//! Promises of the update.
+
+extern crate std;
+
+use super::*;
+use crate::belief::{Readiness, Tolerance};
+use crate::touch::{candidate, rehearse::rehearse};
+use tactus_common::pose::Interval;
+use tactus_common::shape::ObjectShape;
+
+const SHAPE: ObjectShape = ObjectShape::THESIS_BOX;
+const GUESS: PlanarPose = PlanarPose { x_m: 0.2, y_m: -0.1, phi_rad: 0.0 };
+
+fn prior(interval: Interval) -> Prior {
+    Prior { guess: GUESS, interval, shape: SHAPE }
+}
+
+fn exact() -> UpdateConfig {
+    let geometric = GeometricConfig { contact_depth_m: 0.0, ..GeometricConfig::default() };
+    UpdateConfig { geometric, ..UpdateConfig::default() }
+}
+
+fn touched(ids: &[u8], truth: &PlanarPose) -> EvidenceStore {
+    let mut store = EvidenceStore::new(SHAPE.top_height_m());
+    for id in ids {
+        rehearse(&mut store, &candidate(*id, &SHAPE).expect("listed"), &GUESS, truth, &SHAPE);
+    }
+    store
+}
+
+fn run(prior: &Prior, store: &EvidenceStore, slice: Work) -> (Belief, UpdateStats) {
+    let mut update = Update::new(prior, &Belief::from_prior(prior), &exact());
+    for _ in 0..200_000 {
+        if update.step(&mut slice.clone(), store) == Progress::Done {
+            return (update.belief().clone(), update.stats());
+        }
+    }
+    panic!("no end");
+}
+
+#[test]
+fn three_touches_without_noise_give_the_pose() {
+    let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
+    for truth in [PlanarPose::new(0.22, -0.08, 0.15), PlanarPose::new(0.19, -0.12, -0.2), GUESS] {
+        let (belief, stats) = run(&p, &touched(&[0, 6, 3], &truth), Work::unlimited());
+        let pose = belief.pose();
+        let off = [pose.x_m - truth.x_m, pose.y_m - truth.y_m, pose.phi_rad - truth.phi_rad];
+        assert!(off[0].abs() < 3e-4 && off[1].abs() < 3e-4 && off[2].abs() < 3e-3, "{off:?} {stats:?}");
+        assert_eq!(belief.readiness(&Tolerance::default()), Readiness::Ready, "{stats:?}");
+        assert!(stats.evaluations < 400, "{stats:?}");
+    }
+}
+
+#[test]
+fn one_touch_across_leaves_the_position_along_the_box_open() {
+    let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
+    let (belief, _) = run(&p, &touched(&[0], &GUESS), Work::unlimited());
+    let sigma_x_m = libm::sqrtf(belief.covariance()[(0, 0)]);
+    assert!(sigma_x_m > 0.015, "{sigma_x_m}");
+    assert_ne!(belief.readiness(&Tolerance::default()), Readiness::Ready);
+}
+
+#[test]
+fn slicing_changes_nothing() {
+    let p = prior(Interval { x_m: 0.1, y_m: 0.1, phi_rad: 0.78 });
+    let store = touched(&[0, 7], &PlanarPose::new(0.22, -0.08, 0.15));
+    let (whole, whole_stats) = run(&p, &store, Work::unlimited());
+    let (sliced, sliced_stats) = run(&p, &store, Work::units(1));
+    assert_eq!(whole_stats, sliced_stats);
+    assert_eq!(whole.pose(), sliced.pose());
+    assert_eq!(whole.covariance(), sliced.covariance());
+}
+
+#[test]
+fn components_known_exactly_stay_and_one_unknown_needs_two_contacts() {
+    let p = prior(Interval { x_m: 0.0, y_m: 0.05, phi_rad: 0.0 });
+    let truth = PlanarPose { y_m: -0.12, ..GUESS };
+    let (belief, _) = run(&p, &touched(&[0], &truth), Work::unlimited());
+    assert_eq!((belief.pose().x_m, belief.pose().phi_rad), (GUESS.x_m, GUESS.phi_rad));
+    assert!((belief.pose().y_m - truth.y_m).abs() < 2e-4);
+    assert_eq!(belief.covariance()[(0, 0)], 0.0);
+    assert_eq!(belief.readiness(&Tolerance::default()), Readiness::Ready);
+}
+
+#[test]
+fn without_evidence_nothing_is_learnt() {
+    let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
+    let (belief, _) = run(&p, &EvidenceStore::new(0.2), Work::unlimited());
+    assert_eq!(belief.readiness(&Tolerance::default()), Readiness::NoContact);
+    assert!(libm::sqrtf(belief.covariance()[(0, 0)]) > 0.02);
+}
+
+#[test]
+fn one_false_contact_among_many_is_outvoted_or_named() {
+    let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
+    let truth = PlanarPose::new(0.21, -0.09, 0.1);
+    let mut store = touched(&[0, 6, 3], &truth);
+    // F1 is said to touch while it is open, 40 mm from the box.
+    let plan = candidate(0, &SHAPE).expect("listed");
+    let open = tactus_common::robot::hand::HandAngles::engaged(plan.preopen_rad, plan.spread_rad);
+    let hand = plan.world_from_hand(&GUESS, &SHAPE);
+    let kind = crate::evidence::ContactKind::Closing;
+    store.add_contact(&hand, &open, crate::evidence::Toucher::Finger(0), kind).expect("room");
+    let (belief, _) = run(&p, &store, Work::unlimited());
+    let (dx, dy) = (belief.pose().x_m - truth.x_m, belief.pose().y_m - truth.y_m);
+    assert!(dx.abs() < 1e-3 && dy.abs() < 1e-3, "{dx} {dy}");
+    assert_eq!(belief.residuals().outliers, 1);
+}
+
+#[test]
+fn an_object_that_was_moved_far_is_noticed() {
+    let p = prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 });
+    let mut store = touched(&[0, 6], &GUESS);
+    let moved = PlanarPose::new(0.215, -0.085, 0.1);
+    for id in [0, 6] {
+        rehearse(&mut store, &candidate(id, &SHAPE).expect("listed"), &GUESS, &moved, &SHAPE);
+    }
+    let (belief, _) = run(&p, &store, Work::unlimited());
+    assert_ne!(belief.readiness(&Tolerance::default()), Readiness::Ready);
+}
+
+mod once {
+    //! Promises of single searches: any optimiser, any error.
+
+    use super::*;
+    use crate::error::ErrorKind;
+    use crate::optimise::Method;
+    use crate::predict::{PredictorKind, predict};
+    use crate::touch::rehearse::rehearse_felt;
+    use std::vec::Vec;
+    use tactus_common::message::{ROLLOUT_INSTANTS, RolloutResult};
+
+    const TRUTH: PlanarPose = PlanarPose { x_m: 0.22, y_m: -0.085, phi_rad: 0.12 };
+
+    fn felt(ids: &[u8]) -> Vec<FeltTouch> {
+        let touch = |id: &u8| rehearse_felt(&candidate(*id, &SHAPE).expect("listed"), &GUESS, &TRUTH, &SHAPE);
+        ids.iter().map(touch).collect()
+    }
+
+    fn wide() -> Prior {
+        prior(Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 })
+    }
+
+    /// One update in slices; what the mental world is asked is answered by the kinematic predictor.
+    fn run(config: &UpdateConfig, store: &EvidenceStore, touches: &[FeltTouch], slice: Work) -> Update {
+        let prior = wide();
+        let mut update = Update::new(&prior, &Belief::from_prior(&prior), config);
+        for _ in 0..400_000 {
+            if update.step(&mut slice.clone(), Evidence { store, touches }) == Progress::Done {
+                return update;
+            }
+            if let Some(question) = update.question(touches) {
+                assert_eq!(update.question(touches), Some(question), "the same until it is answered");
+                let touch = touches.iter().find(|t| t.question(&question.pose) == question).expect("of a touch");
+                let prediction = predict(&touch.plan, &GUESS, &question.pose, &SHAPE);
+                update.answer(touches, &as_rollout(&prediction));
+            }
+        }
+        panic!("no end");
+    }
+
+    fn as_rollout(prediction: &crate::predict::Prediction) -> RolloutResult {
+        use crate::predict::FingerPrediction as Felt;
+        let mut result =
+            RolloutResult { effective: 0, request: 0, onset_inner_rad: [None; 3], contacts: [0; ROLLOUT_INSTANTS] };
+        for (finger, felt) in prediction.iter().enumerate() {
+            let (inner_rad, link) = match felt {
+                Felt::Contact { inner_rad, link, .. } => (*inner_rad, *link),
+                Felt::Landed => (0.25, tactus_common::robot::HandLink::TIPS[finger]),
+                Felt::Nothing => continue,
+            };
+            result.onset_inner_rad[finger] = Some(inner_rad);
+            result.contacts.iter_mut().for_each(|row| *row |= 1 << link.index());
+        }
+        result
+    }
+
+    fn off(pose: &PlanarPose) -> [f32; 3] {
+        [pose.x_m - TRUTH.x_m, pose.y_m - TRUTH.y_m, pose.phi_rad - TRUTH.phi_rad].map(libm::fabsf)
+    }
+
+    fn config(error: ErrorKind, optimiser: Method) -> UpdateConfig {
+        UpdateConfig { error, optimiser, evaluations_max: 600, ..exact() }
+    }
+
+    #[test]
+    fn the_published_errors_lead_to_a_pose_that_explains_the_touches() {
+        let (store, touches) = (touched(&[0, 6, 3], &TRUTH), felt(&[0, 6, 3]));
+        for error in [ErrorKind::Contact, ErrorKind::Weighted, ErrorKind::Modified] {
+            for optimiser in [Method::SteepestDescentGolden, Method::LevenbergMarquardt, Method::Direct] {
+                let update = run(&config(error, optimiser), &store, &touches, Work::unlimited());
+                let (stats, found) = (update.stats(), update.belief().pose());
+                std::println!("{} {}: {stats:?} {:?}", error.name(), optimiser.name(), off(&found));
+            }
+        }
+    }
+}
