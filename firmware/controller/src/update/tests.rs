@@ -125,7 +125,7 @@ mod once {
     use super::*;
     use crate::error::ErrorKind;
     use crate::optimise::Method;
-    use crate::predict::{PredictorKind, predict};
+    use crate::predict::predict;
     use crate::touch::rehearse::rehearse_felt;
     use std::vec::Vec;
     use tactus_common::message::{ROLLOUT_INSTANTS, RolloutResult};
