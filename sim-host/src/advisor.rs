@@ -3,13 +3,16 @@
 use crate::mental::{Closing, MentalModel, RolloutInput};
 use crate::plan::{ObjectEstimate, PlanQuery, PlanRefusal, Planner, PlannerConfig, Purpose as PlanPurpose};
 use crate::world::HandStart;
-use tactus_common::limits::FINGERS;
+use tactus_common::limits::{ARM_JOINTS, FINGERS};
 use tactus_common::message::{
     PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, ROLLOUT_TICKS_MAX, RefusalReason, RolloutRequest, RolloutResult,
 };
+use tactus_common::pose::PlanarPose;
 use tactus_common::robot::hand::HandAngles;
 use tactus_common::robot::{FINGER_LIMIT, arm, source};
 use tactus_common::shape::ObjectShape;
+use tactus_common::trajectory::Trajectory;
+use tactus_controller::touch::TouchPlan;
 
 /// Height above the goal from which a touch or a grasp comes straight down, metres.
 const APPROACH_M: f32 = 0.10;
@@ -58,77 +61,105 @@ impl Advisor {
     pub fn answer(&mut self, question: &Question, effective: u32) -> Reply {
         match question {
             Question::Plan(request) => Reply::Plan(Box::new(self.plan(request, effective))),
-            Question::Rollout(request) => Reply::Rollout(self.rollout(request, effective)),
+            Question::Rollout(request) => Reply::Rollout(roll_out(&self.mental, &self.shape, request, effective)),
         }
     }
 
     /// Asks the planner.
     fn plan(&mut self, request: &PlanRequest, effective: u32) -> PlanAnswer {
-        let shape = self.shape;
-        let displaced = |mut pose: nalgebra::Isometry3<f32>| {
-            pose.translation.x += request.displacement_m[0];
-            pose.translation.y += request.displacement_m[1];
-            pose
-        };
-        let above = request.placement.world_from_hand(&request.belief, &shape);
-        let (goal, next) = match request.purpose {
-            Purpose::Touch => (above, None),
-            Purpose::Grasp => (above, Some(displaced(above))),
-            Purpose::Transport | Purpose::Retreat => (displaced(arm::hand_pose(&request.start_q_rad)), None),
-        };
-        let purpose = match request.purpose {
-            Purpose::Touch => PlanPurpose::Touch,
-            Purpose::Grasp => PlanPurpose::Grasp,
-            Purpose::Transport => PlanPurpose::Transport,
-            Purpose::Retreat => PlanPurpose::Retreat,
-        };
-        let approach_height_m = if request.purpose == Purpose::Transport { LIFT_M } else { APPROACH_M };
-        let query = PlanQuery {
-            request: request.request,
-            purpose,
-            start_q_rad: request.start_q_rad,
-            hand_angles: HandAngles::engaged(request.preshape.inner_rad, request.preshape.spread_rad),
-            goal_world_from_hand: goal,
-            approach_height_m,
-            object: Some(object_estimate(request, &shape)),
-            next_world_from_hand: next,
-        };
-        let result = self.planner.plan(&query).map_err(reason);
+        let result = self.planner.plan(&query(request, &self.shape)).map_err(reason);
         PlanAnswer { effective, request: request.request, result }
     }
+}
 
-    /// Asks the mental world. A pose that it cannot roll out (off the table, say) is answered as one at which nothing
-    /// would be felt.
-    fn rollout(&self, request: &RolloutRequest, effective: u32) -> RolloutResult {
-        let ticks = request.ticks.min(ROLLOUT_TICKS_MAX);
-        let input = RolloutInput {
-            world_from_hand: arm::hand_pose(&request.arm_q_rad),
-            start: HandStart { inner_rad: request.preshape.inner_rad, spread_rad: request.preshape.spread_rad },
-            closing: Closing::Together,
-            speed_rad_s: request.closing_rad_s,
-            stop_at_rad: FINGER_LIMIT.upper_rad,
-            ticks: u32::from(ticks),
-            object: request.pose,
-            half_extents_m: self.shape.half_extents_m(),
-        };
-        let mut result = RolloutResult {
-            effective,
-            request: request.request,
-            onset_inner_rad: [None; FINGERS],
-            contacts: [0; ROLLOUT_INSTANTS],
-        };
-        if let Ok(foretold) = self.mental.rollout(&input) {
-            result.onset_inner_rad = foretold.onset_rad;
-            let (mut samples, mut touched, mut taken) = (foretold.samples.iter(), 0, 0);
-            for (i, bits) in result.contacts.iter_mut().enumerate() {
-                // A rollout that ends early stays as it ended.
-                let until = (i + 1) * usize::from(ticks) / ROLLOUT_INSTANTS;
-                touched |= samples.by_ref().take(until - taken).fold(0, |bits, sample| bits | sample.contacts);
-                (*bits, taken) = (touched, until);
-            }
+/// Asks the mental world. A pose that it cannot roll out (off the table, say) is answered as one at which nothing
+/// would be felt.
+pub fn roll_out(mental: &MentalModel, shape: &ObjectShape, request: &RolloutRequest, effective: u32) -> RolloutResult {
+    let ticks = request.ticks.min(ROLLOUT_TICKS_MAX);
+    let input = RolloutInput {
+        world_from_hand: arm::hand_pose(&request.arm_q_rad),
+        start: HandStart { inner_rad: request.preshape.inner_rad, spread_rad: request.preshape.spread_rad },
+        closing: Closing::Together,
+        speed_rad_s: request.closing_rad_s,
+        stop_at_rad: FINGER_LIMIT.upper_rad,
+        ticks: u32::from(ticks),
+        object: request.pose,
+        half_extents_m: shape.half_extents_m(),
+    };
+    let mut result = RolloutResult {
+        effective,
+        request: request.request,
+        onset_inner_rad: [None; FINGERS],
+        contacts: [0; ROLLOUT_INSTANTS],
+    };
+    if let Ok(foretold) = mental.rollout(&input) {
+        result.onset_inner_rad = foretold.onset_rad;
+        let (mut samples, mut touched, mut taken) = (foretold.samples.iter(), 0, 0);
+        for (i, bits) in result.contacts.iter_mut().enumerate() {
+            // A rollout that ends early stays as it ended.
+            let until = (i + 1) * usize::from(ticks) / ROLLOUT_INSTANTS;
+            touched |= samples.by_ref().take(until - taken).fold(0, |bits, sample| bits | sample.contacts);
+            (*bits, taken) = (touched, until);
         }
-        result
     }
+    result
+}
+
+/// What a request asks of the planner.
+fn query(request: &PlanRequest, shape: &ObjectShape) -> PlanQuery {
+    let displaced = |mut pose: nalgebra::Isometry3<f32>| {
+        pose.translation.x += request.displacement_m[0];
+        pose.translation.y += request.displacement_m[1];
+        pose
+    };
+    let above = request.placement.world_from_hand(&request.belief, shape);
+    let (goal, next) = match request.purpose {
+        Purpose::Touch => (above, None),
+        Purpose::Grasp => (above, Some(displaced(above))),
+        Purpose::Transport | Purpose::Retreat => (displaced(arm::hand_pose(&request.start_q_rad)), None),
+    };
+    let purpose = match request.purpose {
+        Purpose::Touch => PlanPurpose::Touch,
+        Purpose::Grasp => PlanPurpose::Grasp,
+        Purpose::Transport => PlanPurpose::Transport,
+        Purpose::Retreat => PlanPurpose::Retreat,
+    };
+    let approach_height_m = if request.purpose == Purpose::Transport { LIFT_M } else { APPROACH_M };
+    PlanQuery {
+        request: request.request,
+        purpose,
+        start_q_rad: request.start_q_rad,
+        hand_angles: HandAngles::engaged(request.preshape.inner_rad, request.preshape.spread_rad),
+        goal_world_from_hand: goal,
+        approach_height_m,
+        object: Some(object_estimate(request, shape)),
+        next_world_from_hand: next,
+    }
+}
+
+/// The way from `start_q_rad` (radians) to a touch of an object of `shape` that stands exactly at `believed`.
+///
+/// # Errors
+/// Why there is none.
+pub fn plan_touch(
+    planner: &Planner,
+    touch: &TouchPlan,
+    start_q_rad: &[f32; ARM_JOINTS],
+    believed: &PlanarPose,
+    shape: &ObjectShape,
+) -> Result<Trajectory, PlanRefusal> {
+    let request = PlanRequest {
+        request: 0,
+        purpose: Purpose::Touch,
+        touch: touch.id,
+        start_q_rad: *start_q_rad,
+        placement: touch.placement(),
+        preshape: touch.preshape(),
+        displacement_m: [0.0; 2],
+        belief: *believed,
+        covariance: [0.0; 6],
+    };
+    planner.plan(&query(&request, shape))
 }
 
 /// The believed object, grown by its uncertainty.

@@ -1,6 +1,10 @@
 //! The command line: a contract with tools outside this repository (see `docs/cli.md`).
 
+mod experiments;
+mod reproduce;
+
 use crate::controller_process::ControllerProcess;
+use crate::experiment::capture::Task;
 use crate::experiment::trials::{self, TrialsOptions};
 use crate::hooks::Hooks;
 use crate::method::MethodArgs;
@@ -36,6 +40,9 @@ Examples:
   tactus run --bus socketcan:vcan0           the controller as a process of its own, on a CAN interface
   tactus serve --bus socketcan:vcan0         the world alone, for tactus-controller or a board on that bus
   tactus trials --count 200 --offset 0.05,0.05,0.35 --csv trials.csv
+  tactus surface --error modified --csv results/surface_modified.csv
+  tactus converge --csv results/converge.csv
+  tactus compare --csv results/compare.csv
 
 Exit status: 0 done, 2 bad usage or input, 3 the task failed, 4 fault.";
 
@@ -57,6 +64,14 @@ enum Command {
     /// Many missions over seeds, with statistics: true poses uniform over x in [0.0, 0.3] m, y in [-0.2, 0.0] m,
     /// phi in [-pi/4, pi/4] rad; guess = truth + uniform in +-offset; run i uses seed N + i.
     Trials(TrialsArgs),
+    /// An error over a grid of poses; the grid of the published experiments by default.
+    Surface(experiments::SurfaceArgs),
+    /// Regions of convergence: the search from every pose of a grid; 483 starts of the published experiments by default.
+    Converge(experiments::ConvergeArgs),
+    /// All optimisers and errors on the same problems: the same evidence, bounds, start and budgets.
+    Compare(experiments::CompareArgs),
+    /// All experiments of docs/results.md into a folder; what is there already is not made again.
+    Reproduce(reproduce::ReproduceArgs),
     /// Time the parts that the README quotes: world, mental rollout, pose update (medians).
     #[command(hide = true)]
     Bench,
@@ -174,6 +189,9 @@ struct TrialsArgs {
     /// Write one line per mission.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// How far each mission is carried out.
+    #[arg(long, value_enum, default_value_t = Task::Transport)]
+    task: Task,
     /// Missions at a time [default: one per processor]; the results do not depend on it.
     #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -195,7 +213,10 @@ fn triple(text: &str) -> Result<[f32; 3], String> {
 
 /// Runs the command line; returns the exit status.
 pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let cli = match Cli::try_parse_from(with_default_command(args)) {
+    let args = with_default_command(args);
+    let words = args.iter().skip(1).map(|word| word.to_string_lossy());
+    let line = std::iter::once("tactus".into()).chain(words).collect::<Vec<_>>().join(" ");
+    let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(error) if !error.use_stderr() => {
             print!("{}", error.render());
@@ -206,18 +227,26 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::from(EXIT_USAGE);
         }
     };
-    let done = match cli.command {
-        Command::Run(args) => run(&args),
-        Command::Serve(args) => serve_worlds(&args),
-        Command::Trials(args) => trials(&args),
-        Command::Bench => crate::experiment::bench::run().map(|()| 0),
-    };
-    match done {
+    match carry_out(cli.command, &line) {
         Ok(status) => ExitCode::from(status),
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::from(EXIT_USAGE)
         }
+    }
+}
+
+/// Carries out a command, given as `line`; the exit status.
+fn carry_out(command: Command, line: &str) -> anyhow::Result<u8> {
+    match command {
+        Command::Run(args) => run(&args),
+        Command::Serve(args) => serve_worlds(&args),
+        Command::Trials(args) => trials(&args, line),
+        Command::Surface(args) => experiments::surface(&args, line),
+        Command::Converge(args) => experiments::converge(&args, line),
+        Command::Compare(args) => experiments::compare(&args, line),
+        Command::Reproduce(args) => reproduce::run(&args),
+        Command::Bench => crate::experiment::bench::run().map(|()| 0),
     }
 }
 
@@ -264,6 +293,7 @@ fn mission_options(args: &MissionArgs) -> anyhow::Result<MissionOptions> {
         guess,
         interval,
         trials_max: method.max_trials,
+        reality: method.reality,
         method: chosen,
     })
 }
@@ -352,7 +382,7 @@ fn serve_worlds(args: &ServeArgs) -> anyhow::Result<u8> {
     report(&args.mission.common, &options, &result)
 }
 
-fn trials(args: &TrialsArgs) -> anyhow::Result<u8> {
+fn trials(args: &TrialsArgs, line: &str) -> anyhow::Result<u8> {
     let method = args.method.options()?;
     let offset = with_dof(args.offset, args.method.dof)?;
     let options = TrialsOptions {
@@ -361,16 +391,15 @@ fn trials(args: &TrialsArgs) -> anyhow::Result<u8> {
         count: args.count,
         offset,
         trials_max: args.method.max_trials,
+        reality: args.method.reality,
+        task: args.task,
         method,
         jobs: args.jobs.map_or(0, usize::from),
         quiet: is_quiet(&args.common),
     };
-    let statistics = trials::run(&options, args.csv.as_deref())?;
+    let (statistics, record) = trials::run(&options, args.csv.as_deref())?;
     if !options.quiet {
         println!("{statistics}");
     }
-    if let Some(path) = &args.common.summary {
-        statistics.write(path)?;
-    }
-    Ok(0)
+    experiments::write(args.csv.as_deref(), args.common.summary.as_deref(), &record.with_command(line))
 }

@@ -13,6 +13,7 @@ use tactus_common::message::{
 };
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::JointCommands;
+use tactus_common::shape::ObjectShape;
 use tactus_hil::choice::Pace;
 
 /// Length of a tick.
@@ -117,6 +118,10 @@ pub struct Host {
     phase: Phase,
     /// Wall time of the update under way, seconds.
     updating_s: f64,
+    created: Instant,
+    started: Instant,
+    /// Ticks that go on after the end; `None` before it.
+    left: Option<u32>,
     end: HostEnd,
 }
 
@@ -137,6 +142,9 @@ impl Host {
             drives: Drives { last: JointCommands::idle(0), missed: 0, missed_in_all: 0 },
             phase: Phase::Initialise,
             updating_s: 0.0,
+            created: Instant::now(),
+            started: Instant::now(),
+            left: None,
             end: HostEnd::default(),
         })
     }
@@ -152,49 +160,84 @@ impl Host {
         &self.world
     }
 
+    /// The object's shape, as the controller is told it.
+    pub fn shape(&self) -> ObjectShape {
+        self.setup.shape
+    }
+
+    /// Wall time since the mission was set up, seconds.
+    pub fn wall_time_s(&self) -> f64 {
+        self.created.elapsed().as_secs_f64()
+    }
+
     /// Runs the mission to its end, with the controller at the other end of `wire`, which waits for one.
     ///
     /// # Errors
     /// The simulation broke down, or the bus did.
     pub fn run(&mut self, wire: &mut dyn Wire, show: &mut dyn FnMut(&Progressed)) -> anyhow::Result<HostEnd> {
+        self.begin(wire)?;
+        while self.tick(wire, show)? {}
+        Ok(self.finish(wire))
+    }
+
+    /// Tells the controller its mission: before the first [`Self::tick`].
+    ///
+    /// # Errors
+    /// The bus broke down.
+    pub fn begin(&mut self, wire: &mut dyn Wire) -> anyhow::Result<()> {
+        self.started = Instant::now();
         let setup = self.setup;
-        self.send(wire, &setup)?;
-        let started = Instant::now();
-        let mut left = None;
-        for tick in 0..TICKS_MAX {
-            // What takes effect at a tick must have arrived before that tick's readings.
-            wire.settle();
-            let due = started + TICK * (tick + 1);
-            let mut heard = Heard::default();
-            if self.end.lost.is_none() {
-                heard = self.exchange(wire, tick, due)?;
-                if let Some(lost) = self.end.lost {
-                    show(&Progressed::Lost(lost));
-                }
+        self.send(wire, &setup)
+    }
+
+    /// One tick of the world and its controller; `false` once the mission is over and the object has come to rest.
+    ///
+    /// # Errors
+    /// The simulation broke down, or the bus did.
+    pub fn tick(&mut self, wire: &mut dyn Wire, show: &mut dyn FnMut(&Progressed)) -> anyhow::Result<bool> {
+        let tick = self.end.ticks;
+        // What takes effect at a tick must have arrived before that tick's readings.
+        wire.settle();
+        let due = self.started + TICK * (tick + 1);
+        let mut heard = Heard::default();
+        if self.end.lost.is_none() {
+            heard = self.exchange(wire, tick, due)?;
+            if let Some(lost) = self.end.lost {
+                show(&Progressed::Lost(lost));
             }
-            self.take(&heard, show);
-            self.call_again(wire, &heard, tick)?;
-            left = match left {
-                None if self.end.lost.is_some() => Some(ABANDONED_TICKS),
-                None if self.end.outcome.is_some() => Some(REST_TICKS),
-                Some(0) => break,
-                left => left.map(|left| left - 1),
-            };
-            self.advise(wire, &heard, tick)?;
-            let commands = self.drives.follow(heard.command, tick);
-            if self.drives.has_let_go() {
-                self.end.released.get_or_insert(tick);
-            }
-            if self.pace == Pace::Realtime {
-                std::thread::sleep(due.saturating_duration_since(Instant::now()));
-            }
-            self.world.tick(&commands)?;
-            self.end.ticks = tick + 1;
         }
+        self.take(&heard, show);
+        self.call_again(wire, &heard, tick)?;
+        self.left = match self.left {
+            None if self.end.lost.is_some() => Some(ABANDONED_TICKS),
+            None if self.end.outcome.is_some() => Some(REST_TICKS),
+            Some(0) => return Ok(false),
+            left => left.map(|left| left - 1),
+        };
+        self.advise(wire, &heard, tick)?;
+        let commands = self.drives.follow(heard.command, tick);
+        if self.drives.has_let_go() {
+            self.end.released.get_or_insert(tick);
+        }
+        if self.pace == Pace::Realtime {
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        }
+        self.world.tick(&commands)?;
+        self.end.ticks = tick + 1;
+        Ok(self.end.ticks < TICKS_MAX)
+    }
+
+    /// What the mission came to, after its last tick.
+    pub fn finish(&mut self, wire: &mut dyn Wire) -> HostEnd {
         wire.settle();
         self.end.wire = wire.stats();
         self.end.deadline_misses = self.drives.missed_in_all;
-        Ok(self.end.clone())
+        self.end.clone()
+    }
+
+    /// What the mission has come to so far.
+    pub fn so_far(&self) -> &HostEnd {
+        &self.end
     }
 
     /// One tick's readings to the controller, what it says back to here.

@@ -6,7 +6,7 @@
 use crate::world::contacts::hand_contacts;
 use crate::world::hand::{HandDrives, HandParams, HandStart};
 use crate::world::model::RobotModel;
-use crate::world::robot::{Friction, Robot, RobotScales, Root};
+use crate::world::robot::{Friction, Robot, Root};
 use crate::world::{LINK_CONTACT_N, Mismatch, Scene, WorldError, integration_parameters, scene};
 use nalgebra::Isometry3;
 use rapier3d::parry::query;
@@ -80,10 +80,11 @@ pub struct RolloutOutcome {
     pub object_shift_m: f32,
 }
 
-/// The nominal robot, read once.
+/// The robot, read once, and the numbers of the world that it acts in.
 pub struct MentalModel {
     model: RobotModel,
     params: HandParams,
+    numbers: Mismatch,
 }
 
 impl MentalModel {
@@ -92,9 +93,18 @@ impl MentalModel {
     /// # Errors
     /// [`WorldError::Model`] if the description cannot be used.
     pub fn new() -> Result<Self, WorldError> {
+        Self::of(&Mismatch::none())
+    }
+
+    /// The shipped robot and a world of these numbers: for experiments that ask for a trial of the held hand in reality
+    /// at every evaluation. No controller's mental world has other than nominal numbers.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of(numbers: &Mismatch) -> Result<Self, WorldError> {
         let model = RobotModel::shipped()?;
-        let params = HandParams::new(&model, &[1.0; FINGERS]);
-        Ok(Self { model, params })
+        let params = HandParams::new(&model, &numbers.breakaway);
+        Ok(Self { model, params, numbers: *numbers })
     }
 
     /// Rolls one touch out.
@@ -117,7 +127,7 @@ struct Rollout<'a> {
 
 impl<'a> Rollout<'a> {
     fn new(mental: &'a MentalModel, input: &RolloutInput) -> Result<Self, WorldError> {
-        let nominal = Mismatch::none();
+        let numbers = &mental.numbers;
         let scene = Scene {
             object: input.object,
             half_extents_m: input.half_extents_m,
@@ -128,11 +138,11 @@ impl<'a> Rollout<'a> {
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::new(0.0, 0.0, -9.81);
         physics.integration_parameters = integration_parameters(TICK_S / STEPS_PER_TICK as f32);
-        let table = scene::insert_table(&mut physics, &scene, &nominal);
-        let (object, box_collider) = scene::insert_object(&mut physics, &scene, &nominal);
-        let friction = Friction { pads: scene.pad_friction, bare: scene.bare_friction };
+        let table = scene::insert_table(&mut physics, &scene, numbers);
+        let (object, box_collider) = scene::insert_object(&mut physics, &scene, numbers);
+        let friction = Friction { pads: scene.pad_friction * numbers.pad_friction, bare: scene.bare_friction };
         let root = Root::Hand(input.world_from_hand.into());
-        let robot = Robot::insert(&mut physics, &mental.model, &RobotScales::NOMINAL, friction, root)?;
+        let robot = Robot::insert(&mut physics, &mental.model, &numbers.robot, friction, root)?;
         let params = &mental.params;
         let drives = HandDrives::start(&mut physics, &robot, params, &input.start, &[]);
         let mut overlapping = 0;

@@ -1,5 +1,6 @@
 //! How the pose is to be found, as the command line says it.
 
+use crate::mission::Reality;
 use anyhow::ensure;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
@@ -40,6 +41,9 @@ pub struct MethodArgs {
     /// Most evaluations of the error in one update; 0 = the method's own default.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub evaluations: u16,
+    /// How reality differs from the model: `mismatched` by seed and with noise, or `nominal`.
+    #[arg(long, value_enum, default_value_t = Reality::Mismatched)]
+    pub reality: Reality,
     /// Most touches before giving up.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u8).range(1..=8))]
     pub max_trials: u8,
@@ -72,6 +76,13 @@ pub struct MethodOptions {
     pub method: Method,
     /// The world's contact sensors.
     pub sensors: Sensors,
+}
+
+impl MethodOptions {
+    /// The controller's own method; the ideal sensors tell of every touch, for other methods to be tried on.
+    pub fn with_ideal_sensors() -> Self {
+        Self { sensors: Sensors::Ideal, ..Self::default() }
+    }
 }
 
 impl MethodArgs {

@@ -9,7 +9,6 @@ use crate::world::{Mismatch, World};
 use nalgebra::{Isometry3, Matrix2, Vector2, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
-use std::time::Instant;
 use tactus_common::can::Mtu;
 use tactus_common::limits::TICK_US;
 use tactus_common::message::{DigestReport, Event, FailureReason, Outcome, SCHEMA_VERSION, Setup, Status};
@@ -31,6 +30,26 @@ const CHI_SQUARED_2_99: f32 = 9.21;
 /// Truth outside the 99 % region by more than this is "confidently wrong", metres.
 const CONFIDENTLY_WRONG_M: f32 = 3e-3;
 
+/// How the simulated reality relates to what the controller and its mental world believe of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Reality {
+    /// Friction, masses, sizes and sensors differ by seed, and sensors are noisy.
+    #[default]
+    Mismatched,
+    /// Every number is the nominal one, and no sensor is noisy: to tell errors of a method from those of a model.
+    Nominal,
+}
+
+impl Reality {
+    /// Its numbers for a seed.
+    pub fn mismatch(self, seed: u64) -> Mismatch {
+        match self {
+            Self::Mismatched => Mismatch::from_seed(seed),
+            Self::Nominal => Mismatch::none(),
+        }
+    }
+}
+
 /// What to do.
 #[derive(Clone, Debug)]
 pub struct MissionOptions {
@@ -46,6 +65,8 @@ pub struct MissionOptions {
     pub interval: Interval,
     /// Most touches.
     pub trials_max: u8,
+    /// How reality differs from the model.
+    pub reality: Reality,
     /// How the pose is to be found, and with which sensors.
     pub method: MethodOptions,
 }
@@ -149,7 +170,8 @@ impl MissionReport {
 
     /// Wall time of all updates, seconds.
     pub fn update_time_s(&self) -> f64 {
-        self.update_times_s.iter().sum()
+        // A sum of no values would be -0.
+        self.update_times_s.iter().fold(0.0, |sum, time| sum + time)
     }
 
     /// Does the object stand at its goal, and did the controller put it there?
@@ -285,9 +307,18 @@ pub fn run_on(
     wire: &mut dyn Wire,
     show: &mut dyn FnMut(&Progressed),
 ) -> anyhow::Result<MissionReport> {
-    let started = Instant::now();
+    let mut host = prepare(options, pace)?;
+    let end = host.run(wire, show)?;
+    Ok(judge(options, &end, &host))
+}
+
+/// The world and the advisor of a mission that is about to begin.
+///
+/// # Errors
+/// The scene cannot be simulated.
+pub fn prepare(options: &MissionOptions, pace: Pace) -> anyhow::Result<Host> {
     let scene = options.scenario.world_scene(&options.truth);
-    let mismatch = Mismatch::from_seed(options.seed);
+    let mismatch = options.reality.mismatch(options.seed);
     let model = options.scenario.robot_model()?;
     let world = World::with_model(&model, &scene, &mismatch, options.seed)?;
     let half_extents_m = options.scenario.object.size_m.map(|s| s / 2.0);
@@ -301,15 +332,14 @@ pub fn run_on(
         trials_max: options.trials_max,
         method: options.method.method,
     };
-    let mut host = Host::new(world, setup, pace)?;
-    if options.method.sensors == Sensors::Ideal {
-        host = host.with_ideal_sensors();
-    }
-    let end = host.run(wire, show)?;
-    Ok(judge(options, &end, host.world(), setup.shape.yaw_symmetry_rad(), started))
+    let host = Host::new(world, setup, pace)?;
+    Ok(if options.method.sensors == Sensors::Ideal { host.with_ideal_sensors() } else { host })
 }
 
-fn judge(options: &MissionOptions, end: &HostEnd, world: &World, symmetry_rad: f32, started: Instant) -> MissionReport {
+/// What a mission came to.
+pub fn judge(options: &MissionOptions, end: &HostEnd, host: &Host) -> MissionReport {
+    let world = host.world();
+    let symmetry_rad = host.shape().yaw_symmetry_rad();
     let pose = world.object_pose();
     let (_, final_tilt_rad) = yaw_and_tilt(&pose);
     let final_pose = planar(&pose);
@@ -335,7 +365,7 @@ fn judge(options: &MissionOptions, end: &HostEnd, world: &World, symmetry_rad: f
         evaluations: end.evaluations,
         update_times_s: end.update_times_s.clone(),
         sim_time_s: f64::from(end.ticks) * f64::from(TICK_US) * 1e-6,
-        wall_time_s: started.elapsed().as_secs_f64(),
+        wall_time_s: host.wall_time_s(),
         answers: AnswerTimes::of(&end.answer_times_us),
         wire: end.wire,
         deadline_misses: end.deadline_misses,

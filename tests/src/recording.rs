@@ -12,7 +12,7 @@ use tactus_common::message::{Phase, PlanAnswer, RolloutResult, SensorFrame, Setu
 use tactus_common::pose::Interval;
 use tactus_sim_host::hooks::{Hooks, Passing, To};
 use tactus_sim_host::method::MethodOptions;
-use tactus_sim_host::mission::{self, DEFAULT_OFFSET, MissionOptions, MissionReport, guess_around};
+use tactus_sim_host::mission::{self, DEFAULT_OFFSET, MissionOptions, MissionReport, Reality, guess_around};
 use tactus_sim_host::scenario::Scenario;
 
 /// Bytes of the largest transfer, padding included.
@@ -31,6 +31,7 @@ pub fn options(seed: u64) -> MissionOptions {
         truth,
         interval,
         trials_max: 8,
+        reality: Reality::default(),
         method: MethodOptions::default(),
     }
 }

@@ -72,6 +72,11 @@ impl<const BYTES: usize> Session<BYTES> {
         (self.delivered, self.assembly, self.stats) = (None, None, RxStats::ZERO);
     }
 
+    /// The next transfer is new, whatever its number.
+    pub fn forget_last(&mut self) {
+        self.delivered = None;
+    }
+
     /// Is a frame with this header for this session?
     pub fn wants(&self, header: &Header) -> bool {
         header.subject == self.subject && header.source == self.source

@@ -59,12 +59,15 @@ pub struct Tolerance {
     pub position_m: f32,
     /// Half width in yaw that must hold 99 % of the belief, radians.
     pub yaw_rad: f32,
+    /// Chi-squared per degree of freedom (contacts less unknown components) up to which a fit is good.
+    pub reduced_chi_squared: f32,
 }
 
 impl Default for Tolerance {
-    /// What a two-sided grasp across the depth of the box forgives: 3 mm and 1.5 degrees.
+    /// What a two-sided grasp across the depth of the box forgives: 3 mm and 1.5 degrees; and a fit with twice the
+    /// residuals' variance.
     fn default() -> Self {
-        Self { position_m: 3e-3, yaw_rad: 1.5_f32.to_radians() }
+        Self { position_m: 3e-3, yaw_rad: 1.5_f32.to_radians(), reduced_chi_squared: 2.0 }
     }
 }
 
@@ -77,7 +80,8 @@ pub enum Readiness {
     NoContact,
     /// No pose explains all contacts and free links within their accuracy: something moved, or a reading is false.
     Inconsistent,
-    /// As many unknowns as contacts: anything can be explained, so nothing is checked yet.
+    /// As many unknowns as contacts: anything can be explained, so nothing is checked yet. Or the contacts beyond that
+    /// many do not fit well: not so badly that one must be false, but another touch has to tell.
     Unchecked,
     /// Several poses far apart explain the evidence.
     Ambiguous,
@@ -187,7 +191,7 @@ impl Belief {
         if !self.is_consistent() {
             Readiness::Inconsistent
         } else if narrow {
-            if self.is_checked() { Readiness::Ready } else { Readiness::Unchecked }
+            if self.is_checked(tolerance) { Readiness::Ready } else { Readiness::Unchecked }
         } else if self.modes_are_apart(tolerance) {
             Readiness::Ambiguous
         } else {
@@ -210,10 +214,22 @@ impl Belief {
         r.collisions == 0 && u32::from(r.outliers) * 5 <= u32::from(r.contacts) && fits
     }
 
-    /// One contact of a closing finger more than there are unknown components.
-    fn is_checked(&self) -> bool {
-        let unknown = (0..3).filter(|axis| self.covariance[(*axis, *axis)] > 0.0).count();
-        usize::from(self.residuals.closings) > unknown
+    /// One contact of a closing finger more than there are unknown components, and a good fit.
+    fn is_checked(&self, tolerance: &Tolerance) -> bool {
+        usize::from(self.residuals.closings) > self.unknown()
+            && self.reduced_chi_squared() <= tolerance.reduced_chi_squared
+    }
+
+    /// Components that are not known exactly.
+    fn unknown(&self) -> usize {
+        (0..3).filter(|axis| self.covariance[(*axis, *axis)] > 0.0).count()
+    }
+
+    /// Chi-squared of the contacts per degree of freedom; of as many contacts as unknown components, as if there were
+    /// one degree.
+    pub fn reduced_chi_squared(&self) -> f32 {
+        let degrees = f32::from(self.residuals.contacts) - self.unknown() as f32;
+        self.residuals.chi_squared / degrees.max(1.0)
     }
 
     fn modes_are_apart(&self, tolerance: &Tolerance) -> bool {
@@ -313,9 +329,9 @@ mod tests {
     #[test]
     fn two_poses_far_apart_are_ambiguous_and_one_is_ready() {
         let tolerance = Tolerance::default();
-        let one = belief(&[mode(0.0, 1.0)], touched(4, 3.0));
+        let one = belief(&[mode(0.0, 1.0)], touched(4, 1.5));
         assert_eq!(one.readiness(&tolerance), Readiness::Ready);
-        let two = belief(&[mode(0.0, 1.0), mode(0.02, 2.0)], touched(4, 3.0));
+        let two = belief(&[mode(0.0, 1.0), mode(0.02, 2.0)], touched(4, 1.5));
         assert_eq!(two.readiness(&tolerance), Readiness::Ambiguous);
         assert!(two.covariance()[(0, 0)] > 5e-5, "the spread of the modes counts");
     }
@@ -324,6 +340,17 @@ mod tests {
     fn three_contacts_do_not_check_three_unknowns() {
         let just_enough = belief(&[mode(0.0, 0.0)], touched(3, 0.0));
         assert_eq!(just_enough.readiness(&Tolerance::default()), Readiness::Unchecked);
+    }
+
+    #[test]
+    fn a_poor_fit_asks_for_another_touch_unless_any_fit_will_do() {
+        // Five contacts, three unknown components: two degrees of freedom.
+        let [good, poor] = [3.9, 4.1].map(|chi_squared| belief(&[mode(0.0, 1.0)], touched(5, chi_squared)));
+        assert!((poor.reduced_chi_squared() - 2.05).abs() < 1e-6);
+        assert_eq!(good.readiness(&Tolerance::default()), Readiness::Ready);
+        assert_eq!(poor.readiness(&Tolerance::default()), Readiness::Unchecked);
+        let any = Tolerance { reduced_chi_squared: f32::INFINITY, ..Tolerance::default() };
+        assert_eq!(poor.readiness(&any), Readiness::Ready);
     }
 
     #[test]

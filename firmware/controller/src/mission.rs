@@ -39,8 +39,8 @@ use tactus_common::message::{
 use tactus_common::pose::PlanarPose;
 use trial::{Trial, TrialEnd};
 
-/// Half width of the belief (99 %) that is good enough for a grasp when no touch is left, metres.
-const LAST_RESORT: Tolerance = Tolerance { position_m: 0.015, yaw_rad: 0.12 };
+/// The belief that is good enough for a grasp when no touch is left.
+const LAST_RESORT: Tolerance = Tolerance { position_m: 0.015, yaw_rad: 0.12, reduced_chi_squared: f32::INFINITY };
 /// The touch of the published method: across the depth, centred; and the same with the hand turned half round, for where
 /// the planner refuses it.
 const PUBLISHED_TOUCHES: [u8; 2] = [0, 1];
@@ -178,7 +178,7 @@ impl Mission {
         self.begun.then_some(&self.knowledge.belief)
     }
 
-    /// What was felt, for the geometric error.
+    /// What was touched and what is known to be free.
     pub fn evidence(&self) -> &EvidenceStore {
         &self.knowledge.store
     }
@@ -188,7 +188,7 @@ impl Mission {
         self.knowledge.felt.touches()
     }
 
-    /// Where the object may be at all.
+    /// What was known before the first touch.
     pub fn prior(&self) -> &Prior {
         &self.knowledge.prior
     }

@@ -313,6 +313,9 @@ impl Node {
             }
             None => Verdict::BadPayload,
         });
+        // A set-up counts whatever its number: its sender may have been started anew, and a number that noise has left
+        // must not make it look old. One that comes twice is no harm: during a mission none is taken.
+        self.setup.forget_last();
         take!(plan, payload => match PlanAnswer::effective_of(payload) {
             Ok(effective) if !is_near(effective, tick) => Verdict::Implausible,
             Ok(_) => match PlanAnswer::decode_into(payload, &mut self.pending.plan) {

@@ -2,7 +2,7 @@
 
 use crate::mental::{Closing, MentalModel, RolloutInput};
 use crate::method::MethodOptions;
-use crate::mission::{self, MissionOptions};
+use crate::mission::{self, MissionOptions, Reality};
 use crate::scenario::Scenario;
 use crate::world::{HandStart, Mismatch, Scene, World};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -94,8 +94,16 @@ pub fn bench_update() -> anyhow::Result<()> {
         let [x_m, y_m, phi_rad] = mission::DEFAULT_OFFSET;
         let interval = Interval { x_m, y_m, phi_rad };
         let guess = mission::guess_around(&truth, &interval, seed);
-        let options =
-            MissionOptions { scenario, seed, truth, guess, interval, trials_max: 8, method: MethodOptions::default() };
+        let options = MissionOptions {
+            scenario,
+            seed,
+            truth,
+            guess,
+            interval,
+            trials_max: 8,
+            reality: Reality::default(),
+            method: MethodOptions::default(),
+        };
         let report = mission::run(&options, &mut |_| {})?;
         times_ms.extend(report.update_times_s.iter().map(|t| t * 1e3));
     }

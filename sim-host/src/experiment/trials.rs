@@ -1,17 +1,20 @@
 //! Monte Carlo over seeds: true pose and offset of the guess drawn uniformly, one mission each.
 
+use super::capture::{Captured, Task, carry_out};
+use super::jobs::{self, Work};
+use super::observability::{Ambiguity, Class, Observed};
+use super::record::{Record, quantile, write_csv};
 use crate::method::MethodOptions;
-use crate::mission::{self, MissionOptions, MissionReport};
-use crate::report::summary::write_json;
+use crate::mission::{self, MissionOptions, Reality};
 use crate::scenario::Scenario;
 use anyhow::Context;
-use indicatif::{ProgressBar, ProgressStyle};
-use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
 use std::collections::BTreeMap;
 use std::f32::consts::FRAC_PI_4;
 use std::fmt;
 use std::path::Path;
+use std::time::Instant;
 use tactus_common::pose::{Interval, PlanarPose};
 
 /// Centre and half widths of the true poses: x in [0.0, 0.3] m, y in [-0.2, 0.0] m, phi in [-pi/4, pi/4] rad.
@@ -31,6 +34,10 @@ pub struct TrialsOptions {
     pub offset: Interval,
     /// Most touches a mission.
     pub trials_max: u8,
+    /// How reality differs from the model.
+    pub reality: Reality,
+    /// How far each mission is carried out.
+    pub task: Task,
     /// How the pose is to be found, and with which sensors.
     pub method: MethodOptions,
     /// Missions at a time; 0 = one per processor.
@@ -40,7 +47,7 @@ pub struct TrialsOptions {
 }
 
 /// One mission's line in the CSV.
-#[derive(Serialize, Clone, Debug)]
+#[derive(Serialize, Deserialize, Clone, Debug)]
 struct Row {
     seed: u64,
     true_x_m: f32,
@@ -58,6 +65,10 @@ struct Row {
     position_error_m: f32,
     yaw_error_rad: f32,
     confidently_wrong: bool,
+    class: Class,
+    ambiguity_x_m: f32,
+    ambiguity_y_m: f32,
+    ambiguity_phi_rad: f32,
     goal_position_error_m: f32,
     goal_yaw_error_rad: f32,
     trials: u32,
@@ -69,7 +80,13 @@ struct Row {
 }
 
 impl Row {
-    fn of(options: &MissionOptions, report: &MissionReport) -> Self {
+    fn of(options: &MissionOptions, task: Task, captured: &Captured) -> Self {
+        let report = &captured.report;
+        let last = captured.last();
+        let is_located = task == Task::Locate && last.is_some_and(|update| update.confident);
+        let (class, ambiguity) = last.map_or((Class::NotObservable, Ambiguity::default()), |update| {
+            Observed::new(&update.evidence, &update.prior).judge(&update.after.pose(), &update.truth)
+        });
         let [true_x_m, true_y_m, true_phi_rad] = options.truth.to_array();
         let [guess_x_m, guess_y_m, guess_phi_rad] = options.guess.to_array();
         let [believed_x_m, believed_y_m, believed_phi_rad] = report.believed.to_array();
@@ -91,15 +108,75 @@ impl Row {
             position_error_m: report.position_error_m,
             yaw_error_rad: report.yaw_error_rad,
             confidently_wrong: report.confidently_wrong(),
+            class,
+            ambiguity_x_m: ambiguity.x_m,
+            ambiguity_y_m: ambiguity.y_m,
+            ambiguity_phi_rad: ambiguity.phi_rad,
             goal_position_error_m: report.goal_position_error_m,
             goal_yaw_error_rad: report.goal_yaw_error_rad,
             trials: report.trials,
             evaluations: report.evaluations,
-            outcome: report.outcome_text(),
+            outcome: if is_located { LOCATED.to_owned() } else { report.outcome_text() },
             digest: report.digest_text().unwrap_or_default(),
             sim_time_s: report.sim_time_s,
             wall_time_s: report.wall_time_s,
         }
+    }
+}
+
+/// Outcome of a mission that was to locate the object only.
+const LOCATED: &str = "located";
+
+/// A mission's line, and what became of its belief after each touch.
+#[derive(Serialize, Deserialize, Clone, Debug)]
+struct Mission {
+    row: Row,
+    /// Touches so far, and what the belief was then; whether the evidence told the pose.
+    by_touch: Vec<(u32, Class, bool)>,
+}
+
+impl Mission {
+    fn of(options: &MissionOptions, task: Task, captured: &Captured) -> Self {
+        let by_touch = captured.updates.iter().map(|update| {
+            let observed = Observed::new(&update.evidence, &update.prior);
+            let (class, ambiguity) = observed.judge(&update.after.pose(), &update.truth);
+            (update.touches, class, ambiguity.is_observable())
+        });
+        Self { row: Row::of(options, task, captured), by_touch: by_touch.collect() }
+    }
+}
+
+/// Beliefs after so many touches; missions that needed fewer count as they ended.
+#[derive(Serialize, Clone, Copy, Debug, Default)]
+struct ByTouch {
+    touches: u32,
+    located: usize,
+    not_observable: usize,
+    wrong: usize,
+    /// Missions whose evidence does not tell the pose as exactly as a grasp needs it.
+    ambiguous: usize,
+}
+
+impl ByTouch {
+    fn of(missions: &[Mission], touches: u32) -> Self {
+        let mut counts = Self { touches, ..Self::default() };
+        for mission in missions {
+            match mission.by_touch.iter().rfind(|(count, ..)| *count <= touches) {
+                Some((_, class, tells)) => {
+                    match class {
+                        Class::Located => counts.located += 1,
+                        Class::NotObservable => counts.not_observable += 1,
+                        Class::Wrong => counts.wrong += 1,
+                    }
+                    counts.ambiguous += usize::from(!tells);
+                }
+                None => {
+                    counts.not_observable += 1;
+                    counts.ambiguous += 1;
+                }
+            }
+        }
+        counts
     }
 }
 
@@ -119,6 +196,13 @@ pub struct Statistics {
     wall_time_mean_s: f64,
     /// Missions by outcome.
     outcomes: BTreeMap<String, usize>,
+    /// Beliefs within 1 mm of the truth, whatever their yaw.
+    within_1mm: usize,
+    /// Missions by what became of their belief.
+    located: usize,
+    not_observable: usize,
+    wrong: usize,
+    by_touch: Vec<ByTouch>,
 }
 
 impl fmt::Display for Statistics {
@@ -139,26 +223,30 @@ impl fmt::Display for Statistics {
             self.sim_time_mean_s,
             self.wall_time_mean_s,
         )?;
-        for (outcome, count) in self.outcomes.iter().filter(|(o, _)| *o != mission::TRANSPORTED) {
+        write!(
+            f,
+            "\n  {} within 1 mm, {} within 2 mm and 1 deg, {} not observable, {} wrong; ambiguous after each touch:",
+            self.within_1mm, self.located, self.not_observable, self.wrong
+        )?;
+        for after in &self.by_touch {
+            write!(f, " {}", after.ambiguous)?;
+        }
+        let expected = [mission::TRANSPORTED, LOCATED];
+        for (outcome, count) in self.outcomes.iter().filter(|(o, _)| !expected.contains(&o.as_str())) {
             write!(f, "\n  {count} x {outcome}")?;
         }
         Ok(())
     }
 }
 
-/// The `p` quantile of values (0..1), by nearest rank; NaN if there are none.
-fn quantile(values: impl Iterator<Item = f32>, p: f32) -> f32 {
-    let mut sorted: Vec<f32> = values.filter(|v| v.is_finite()).collect();
-    sorted.sort_by(f32::total_cmp);
-    let rank = (p * sorted.len() as f32).ceil() as usize;
-    sorted.get(rank.saturating_sub(1)).copied().unwrap_or(f32::NAN)
-}
-
 impl Statistics {
-    fn of(rows: &[Row]) -> Self {
+    fn of(missions: &[Mission]) -> Self {
+        let rows: Vec<&Row> = missions.iter().map(|mission| &mission.row).collect();
+        let of_class = |class| rows.iter().filter(|row| row.class == class).count();
+        let touches_max = rows.iter().map(|row| row.trials).max().unwrap_or(0);
         let n = rows.len() as f64;
         let mut outcomes = BTreeMap::new();
-        for row in rows {
+        for row in &rows {
             *outcomes.entry(row.outcome.clone()).or_insert(0) += 1;
         }
         let share = |count: usize| count as f64 / n;
@@ -175,22 +263,24 @@ impl Statistics {
             sim_time_mean_s: rows.iter().map(|r| r.sim_time_s).sum::<f64>() / n,
             wall_time_mean_s: rows.iter().map(|r| r.wall_time_s).sum::<f64>() / n,
             outcomes,
+            within_1mm: rows.iter().filter(|row| row.position_error_m <= 1e-3).count(),
+            located: of_class(Class::Located),
+            not_observable: of_class(Class::NotObservable),
+            wrong: of_class(Class::Wrong),
+            by_touch: (1..=touches_max).map(|touches| ByTouch::of(missions, touches)).collect(),
         }
     }
+}
 
-    /// Writes it as JSON to a file, or to standard output for `-`.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        write_json(self, path)
-    }
+/// The true pose of a seed.
+pub fn truth_of(seed: u64) -> PlanarPose {
+    mission::draw_around(&TRUTH_CENTRE, &TRUTH_HALF_WIDTH, seed, mission::Stream::Truth)
 }
 
 /// The mission of index `i` of a batch.
 fn mission_options(options: &TrialsOptions, i: u32) -> MissionOptions {
     let seed = options.seed.wrapping_add(u64::from(i));
-    let truth = mission::draw_around(&TRUTH_CENTRE, &TRUTH_HALF_WIDTH, seed, mission::Stream::Truth);
+    let truth = truth_of(seed);
     MissionOptions {
         scenario: options.scenario.clone(),
         seed,
@@ -198,6 +288,7 @@ fn mission_options(options: &TrialsOptions, i: u32) -> MissionOptions {
         guess: mission::guess_around(&truth, &options.offset, seed),
         interval: options.offset,
         trials_max: options.trials_max,
+        reality: options.reality,
         method: options.method,
     }
 }
@@ -206,30 +297,27 @@ fn mission_options(options: &TrialsOptions, i: u32) -> MissionOptions {
 ///
 /// # Errors
 /// A file cannot be written, or a scene cannot be simulated (a defect of the scene, not of a mission).
-pub fn run(options: &TrialsOptions, csv: Option<&Path>) -> anyhow::Result<Statistics> {
-    // Opened before the work: a bad path must not cost an hour.
-    let writer =
-        csv.map(|p| csv::Writer::from_path(p).with_context(|| format!("--csv {}", p.display()))).transpose()?;
-    let bar = if options.quiet { ProgressBar::hidden() } else { ProgressBar::new(u64::from(options.count)) };
-    bar.set_style(ProgressStyle::with_template("{bar:40} {pos}/{len} missions, {eta} left")?);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.jobs).build()?;
-    let rows: Vec<Row> = pool.install(|| {
-        (0..options.count)
-            .into_par_iter()
-            .map(|i| {
-                let mission = mission_options(options, i);
-                let report = mission::run(&mission, &mut |_| {}).with_context(|| format!("seed {}", mission.seed))?;
-                bar.inc(1);
-                Ok(Row::of(&mission, &report))
-            })
-            .collect::<anyhow::Result<_>>()
+pub fn run(options: &TrialsOptions, csv: Option<&Path>) -> anyhow::Result<(Statistics, Record)> {
+    let started = Instant::now();
+    let settings = json!({
+        "seed": options.seed, "count": options.count, "offset": options.offset.to_array(),
+        "trials_max": options.trials_max, "noise": options.reality == Reality::Mismatched,
+        "task": if options.task == Task::Locate { "locate" } else { "transport" },
+    });
+    let identity = json!({ "experiment": "trials", "settings": settings, "scene": options.scenario.name });
+    let work =
+        Work { unit: "missions", threads: options.jobs, quiet: options.quiet, settings: &identity, results: csv };
+    let missions: Vec<Mission> = jobs::run(&work, options.count as usize, |i| {
+        let mission = mission_options(options, i as u32);
+        let captured = carry_out(&mission, options.task).with_context(|| format!("seed {}", mission.seed))?;
+        Ok(Mission::of(&mission, options.task, &captured))
     })?;
-    bar.finish_and_clear();
-    if let Some(mut writer) = writer {
-        for row in &rows {
-            writer.serialize(row)?;
-        }
-        writer.flush()?;
+    if let Some(csv) = csv {
+        write_csv(csv, missions.iter().map(|mission| &mission.row))?;
+        jobs::forget(csv)?;
     }
-    Ok(Statistics::of(&rows))
+    let statistics = Statistics::of(&missions);
+    let title = format!("{} missions, guesses off by up to {:?}", options.count, options.offset.to_array());
+    let record = Record::new("trials", title, settings, started.elapsed().as_secs_f64()).with_summary(&statistics);
+    Ok((statistics, record))
 }

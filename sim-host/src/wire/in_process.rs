@@ -31,7 +31,7 @@ impl InProcess {
         Self { bus: VirtualBus::new(2, config), node: Node::new(mtu), hooks }
     }
 
-    /// The controller.
+    /// The controller's node, for reports: nobody at the world's end may act on what is in it.
     pub fn node(&self) -> &Node {
         &self.node
     }

@@ -422,6 +422,19 @@ fn twenty_silent_ticks_end_in_commands_without_torque_and_a_digest_report() {
 }
 
 #[test]
+fn a_set_up_is_taken_whatever_number_noise_has_left_behind() {
+    for number in 0..32 {
+        let mut world = World::new(Mtu::Fd);
+        let noise = (0..=number).map(|_| world.raw::<Setup>(b"noise")).next_back().expect("at least one");
+        assert_eq!(world.put(&noise), 0);
+        world.sender = sender(WORLD);
+        world.send(&setup());
+        world.stand_for(0..3);
+        assert_eq!(world.node.controller().phase(), Phase::Plan, "after a transfer with number {number}");
+    }
+}
+
+#[test]
 fn a_heartbeat_tells_once_a_second_how_the_node_is() {
     let mut world = World::new(Mtu::Fd);
     world.send(&Setup { trials_max: 0, ..setup() });

@@ -25,6 +25,8 @@ pub struct UpdateConfig {
     pub damping: f32,
     /// Instants that the published errors compare, 1 to [`ROLLOUT_INSTANTS`].
     pub instants: u8,
+    /// A search for a published error ends below this for each touch; the published criterion is 1 (Nikandrova 2011).
+    pub goal_error: f32,
     /// Most evaluations of one update; 0: as many as our own method takes, and for another its own default.
     pub evaluations_max: u16,
 }
@@ -42,6 +44,7 @@ impl Default for UpdateConfig {
             gradient: Gradient::default(),
             damping: published.damping,
             instants: published.instants,
+            goal_error: 1.0,
             evaluations_max: 0,
         }
     }

@@ -77,7 +77,10 @@ impl Update {
                 most => most - 1,
             },
             // The published search ends where the published criterion is met.
-            goal_error: if self.config.published().is_some() { touches.len() as f32 } else { 0.0 },
+            goal_error: match self.config.published() {
+                Some(_) => self.config.goal_error * touches.len() as f32,
+                None => 0.0,
+            },
             gradient: self.config.gradient,
             ..defaults
         }
