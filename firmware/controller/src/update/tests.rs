@@ -209,7 +209,13 @@ mod limited {
         let truth = bounds.at(start(index + 1));
         let mut store = EvidenceStore::new(SHAPE.top_height_m());
         let mut made = 0;
-        for (id, share) in [(0, 1.0), (12, 1.0), (13, 1.0), (8, 1.0), (9, 1.0), (7, 0.4), (6, 0.4), (3, 0.2), (4, 0.2), (7, 0.1), (0, 0.1)] {
+        // One from the guess, then across, around the ends and across again, aimed ever better.
+        let first = [(0, 1.0), (12, 1.0), (13, 1.0), (8, 1.0), (9, 1.0)];
+        let then = [(7, 0.4), (6, 0.3), (8, 0.4), (9, 0.4), (3, 0.2), (4, 0.2)];
+        for (order, (id, share)) in first.into_iter().chain(then).enumerate() {
+            if made > 0 && order < first.len() {
+                continue;
+            }
             let aim = PlanarPose::new(
                 truth.x_m + share * (GUESS.x_m - truth.x_m),
                 truth.y_m + share * (GUESS.y_m - truth.y_m),
