@@ -246,7 +246,9 @@ mod limited {
     #[test]
     #[ignore = "prints a table"]
     fn budgets_in_a_table() {
-        for interval in [Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 }, Interval { x_m: 0.1, y_m: 0.1, phi_rad: 0.78 }] {
+        for interval in
+            [Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 }, Interval { x_m: 0.1, y_m: 0.1, phi_rad: 0.78 }]
+        {
             let problems: Vec<_> = (0..150).map(|index| problem(index, &interval)).collect();
             for most in [15, 30, 50, 100, 300, 0] {
                 let results: Vec<_> = problems.iter().map(|p| solve(p, &interval, most)).collect();
@@ -256,7 +258,12 @@ mod limited {
                 let wrong: Vec<f32> = results.iter().filter(|r| r.0 > 2e-3).map(|r| r.1.error).take(12).collect();
                 std::println!(
                     "{:?} {most}: {} of {} within 2 mm, {} within 10 mm; evaluations {} in the middle, {} at most; errors of the others {wrong:.1?}",
-                    interval.x_m, within(2e-3), results.len(), within(1e-2), counts[counts.len() / 2], counts[counts.len() - 1]
+                    interval.x_m,
+                    within(2e-3),
+                    results.len(),
+                    within(1e-2),
+                    counts[counts.len() / 2],
+                    counts[counts.len() - 1]
                 );
             }
         }
