@@ -185,7 +185,9 @@ fn a_malformed_file_is_refused_by_file_line_column_and_what_was_expected() {
         complaint("compare.json", |text| text.replace("\"title\"", "\"head\""))
             .contains("missing field `title` at line")
     );
-    assert!(complaint("bench.json", |_| "{}".into()).contains("bench.json: expected [{name, value, unit, note}]"));
+    assert!(
+        complaint("bench.json", |_| "{}".into()).contains("bench.json: expected figures: [{name, value, unit, note}]")
+    );
 }
 
 #[test]
