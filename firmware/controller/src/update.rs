@@ -107,7 +107,7 @@ enum Phase {
     Done,
 }
 
-/// One update; owns all its state, about 13 KiB.
+/// One update; owns all its state, about 11 KiB.
 #[derive(Clone, Debug, Default)]
 pub struct Update {
     config: UpdateConfig,

@@ -24,10 +24,10 @@
 #define TACTUS_ABI_VERSION 1
 
 /// Bytes that are enough for a controller on every target; `tactus_controller_size` says how many one takes here.
-#define TACTUS_CONTROLLER_SIZE 28672
+#define TACTUS_CONTROLLER_SIZE 36864
 
 /// `TACTUS_CONTROLLER_SIZE` in words of 64 bits.
-#define TACTUS_CONTROLLER_WORDS 3584
+#define TACTUS_CONTROLLER_WORDS 4608
 
 /// Alignment that a controller's memory needs, bytes.
 #define TACTUS_CONTROLLER_ALIGN 8
@@ -36,10 +36,10 @@
 #define TACTUS_EVENTS_MAX 8
 
 /// Bytes that are enough for an estimator on every target; `tactus_estimator_size` says how many one takes here.
-#define TACTUS_ESTIMATOR_SIZE 16384
+#define TACTUS_ESTIMATOR_SIZE 24576
 
 /// `TACTUS_ESTIMATOR_SIZE` in words of 64 bits.
-#define TACTUS_ESTIMATOR_WORDS 2048
+#define TACTUS_ESTIMATOR_WORDS 3072
 
 /// Alignment that an estimator's memory needs, bytes.
 #define TACTUS_ESTIMATOR_ALIGN 8
@@ -625,8 +625,10 @@ typedef struct TactusRolloutRequest {
     float arm_q_rad[TACTUS_ARM_JOINTS];
     /// Finger angles from which to close.
     struct TactusPreshape preshape;
-    /// Closing speed of each finger's inner link, rad/s, for 0.6 s; 0 = does not close.
+    /// Closing speed of each finger's inner link, rad/s, for `ticks`; 0 = does not close.
     float closing_rad_s[TACTUS_FINGERS];
+    /// Ticks of closing to foretell, 2 ms each.
+    uint16_t ticks;
     /// Number of this request; the answer carries it.
     uint16_t request;
 } TactusRolloutRequest;
