@@ -220,3 +220,36 @@ pub fn key_figure(Comparison { run, entries }: &Comparison<'_>) -> Option<KeyFig
         stem: run.stem.clone(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(within_2mm: f64, median_m: Option<f64>) -> Entry {
+        let (error, optimizer) = (String::new(), String::new());
+        let times = (Some(90.0), Some(1e-3));
+        Entry {
+            dof: 2,
+            error,
+            optimizer,
+            budget: 100,
+            problems: 10,
+            median_m,
+            p90_m: None,
+            within_2mm,
+            within_10mm: 1.0,
+            evaluations_median: times.0,
+            time_median_s: times.1,
+            observable_2mm: None,
+        }
+    }
+
+    #[test]
+    fn the_best_of_a_column_is_marked_unless_most_share_it_or_nobody_has_it() {
+        let entries = [entry(0.5, Some(0.004)), entry(0.9, Some(0.001)), entry(0.9, None), entry(0.2, Some(0.03))];
+        let group: Vec<&Entry> = entries.iter().collect();
+        let best: Vec<Option<String>> = COLUMNS.iter().map(|c| c.best(&group)).collect();
+        let (median, share) = (Some("1".to_string()), Some("90".to_string()));
+        assert_eq!(best, [median, None, share, None, None, None, None]);
+    }
+}

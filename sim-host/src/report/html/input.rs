@@ -83,6 +83,50 @@ pub struct Figure {
     pub note: String,
 }
 
+/// One optimiser on the problems of a benchmark.
+#[derive(Deserialize, Debug)]
+pub struct Timed {
+    /// The crate that it comes from.
+    #[serde(rename = "crate")]
+    pub origin: String,
+    /// Its name.
+    pub optimizer: String,
+    /// Evaluations it was allowed.
+    pub budget: u64,
+    /// Median location error, metres.
+    pub location_error_median_m: Option<f64>,
+    /// Share of problems within 2 mm.
+    pub within_2mm: Option<f64>,
+    /// Median of its evaluations.
+    pub evaluations_median: Option<f64>,
+    /// Median time of an update, seconds.
+    pub time_median_s: Option<f64>,
+    /// That time as a multiple of the default method's.
+    pub time_to_default: Option<f64>,
+}
+
+/// The figures of a benchmark, and how they were made.
+#[derive(Deserialize, Debug, Default)]
+pub struct Bench {
+    /// The figures.
+    pub figures: Vec<Figure>,
+    /// Pose updates.
+    #[serde(default)]
+    pub table: Vec<Timed>,
+    /// The command line.
+    #[serde(default)]
+    pub command: Value,
+    /// The settings.
+    #[serde(default)]
+    pub settings: Value,
+    /// Where it ran.
+    #[serde(default)]
+    pub machine: Value,
+    /// The crates that it compares with.
+    #[serde(default)]
+    pub crates: Value,
+}
+
 /// Everything in a directory.
 #[derive(Default)]
 pub struct Inputs {
@@ -95,7 +139,7 @@ pub struct Inputs {
     /// Batches of missions.
     pub trials: Vec<Run<TrialLine>>,
     /// Benchmarks.
-    pub bench: Option<Vec<Figure>>,
+    pub bench: Option<Bench>,
     /// Files that are no output of an experiment, and why.
     pub ignored: Vec<(PathBuf, String)>,
 }
@@ -148,9 +192,13 @@ impl Inputs {
         let name = path.display();
         let text = std::fs::read_to_string(path).with_context(|| format!("{name}"))?;
         if path.file_name() == Some(OsStr::new(BENCH)) {
-            let figures = serde_json::from_str(&text)
-                .with_context(|| format!("{name}: expected [{{name, value, unit, note}}]"))?;
-            self.bench = Some(figures);
+            let expected = || format!("{name}: expected figures: [{{name, value, unit, note}}]");
+            // With what is to be known about them, or alone.
+            self.bench = Some(if text.trim_start().starts_with('[') {
+                Bench { figures: serde_json::from_str(&text).with_context(expected)?, ..Bench::default() }
+            } else {
+                serde_json::from_str(&text).with_context(expected)?
+            });
             return Ok(Ok(()));
         }
         let value: Value = match serde_json::from_str(&text) {

@@ -89,7 +89,7 @@ fn overview(runs: &[Run<ConvergeLine>]) -> Markup {
             table class="sortable dense" {
                 caption { "All maps. Location error: distance of the end of the search from the true place; quantiles by nearest rank over all starts. Direction: not converged, but moved towards the truth. Evaluations: mean per start. Time: the optimiser's, all starts." }
                 thead { tr {
-                    th class="title" { "map" } th { "error" } th { "optimiser" } th { "formulation" } th { "noise" } th class="num" { "DOF" } th class="num" { "starts" }
+                    th class="title" { "map" } th { "error" } th { "optimiser" } th { "noise" } th class="num" { "DOF" } th class="num" { "starts" }
                     (class_heads())
                     th class="num" { "median (mm)" } th class="num" { "90 % (mm)" } th class="num" { "largest (mm)" }
                     th class="num" { "evaluations" } th class="num" { "time (s)" }
@@ -98,7 +98,8 @@ fn overview(runs: &[Run<ConvergeLine>]) -> Markup {
                     @for (i, run) in runs.iter().enumerate() {
                         tr {
                             td { a href={"#map-" (i)} { (run.stem) } }
-                            @for key in ["error", "optimizer", "formulation", "noise"] { td { (run.meta.setting(key).unwrap_or(NONE.into())) } }
+                            td { (run.meta.setting("error").unwrap_or(NONE.into())) @if let Some(how) = run.meta.setting("formulation") { ", " (how) } }
+                            @for key in ["optimizer", "noise"] { td { (run.meta.setting(key).unwrap_or(NONE.into())) } }
                             td class="num" { (run.meta.setting("dof").unwrap_or(NONE.into())) }
                             (figure_cells(&Figures::of(run)))
                         }

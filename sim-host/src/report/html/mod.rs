@@ -52,7 +52,7 @@ pub fn make(dir: &Path, out: Option<&Path>) -> anyhow::Result<Page> {
         .map(|run| trials::by_touch(run).map(|by_touch| Batch { run, by_touch }))
         .collect::<anyhow::Result<Vec<_>>>()?;
     let groups = sensitivity::groups(&inputs.maps);
-    let bench = inputs.bench.as_deref().unwrap_or_default();
+    let bench = inputs.bench.as_ref();
     let sections = [
         Section::new("provenance", "How these figures were made", true, || head::provenance(&inputs)),
         Section::new("surfaces", "Error surfaces", !inputs.surfaces.is_empty(), || surfaces::section(&inputs.surfaces)),
@@ -62,14 +62,14 @@ pub fn make(dir: &Path, out: Option<&Path>) -> anyhow::Result<Page> {
             comparison::section(&comparisons)
         }),
         Section::new("trials", "Missions and observability", !batches.is_empty(), || trials::section(&batches)),
-        Section::new("bench", "Benchmarks", !bench.is_empty(), || bench::section(bench)),
+        Section::new("bench", "Benchmarks", bench.is_some(), || bench.map(bench::section).unwrap_or_default()),
     ];
     let counts = [
         (inputs.surfaces.len(), "surfaces"),
         (inputs.maps.len(), "maps of convergence"),
         (inputs.comparisons.len(), "comparisons"),
         (inputs.trials.len(), "batches of missions"),
-        (bench.len(), "benchmark figures"),
+        (bench.map_or(0, |b| b.figures.len()), "benchmark figures"),
     ];
     let counted = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}"));
     Ok(Page {

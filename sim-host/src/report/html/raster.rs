@@ -93,8 +93,8 @@ impl Raster {
 pub struct Terrain {
     /// Places (one cell, or a plain of equal ones) from which every step leads up.
     pub minima: usize,
-    /// Share of cells all of whose neighbours have the same error: no gradient there.
-    pub flat: f64,
+    /// Shares of cells whose neighbours along x, and along y, have the same error: no slope there.
+    pub flat: [f64; 2],
 }
 
 /// Studies a slice: `values[iy * width + ix]`, four neighbours a cell. Equal means within a millionth of the range.
@@ -116,10 +116,13 @@ pub fn terrain(values: &[Option<f64>], width: usize) -> Terrain {
     };
     let mut seen = vec![false; values.len()];
     let mut minima = 0;
-    let mut flat = 0;
+    let mut flat = [0; 2];
     for start in 0..values.len() {
         let Some(level) = values[start] else { continue };
-        flat += usize::from(neighbours(start).all(|(_, v)| same(v, level)));
+        for (along_y, count) in flat.iter_mut().enumerate() {
+            let along = |n: usize| usize::from(n.abs_diff(start) != 1 || width == 1) == along_y;
+            *count += usize::from(neighbours(start).filter(|(n, _)| along(*n)).all(|(_, v)| same(v, level)));
+        }
         if seen[start] {
             continue;
         }
@@ -143,7 +146,7 @@ pub fn terrain(values: &[Option<f64>], width: usize) -> Terrain {
         }
         minima += usize::from(lowest);
     }
-    Terrain { minima, flat: super::number::share(flat, known().count()) }
+    Terrain { minima, flat: flat.map(|count| super::number::share(count, known().count())) }
 }
 
 #[cfg(test)]
@@ -163,9 +166,11 @@ mod tests {
     #[test]
     fn a_plain_is_one_minimum_and_a_slope_is_none() {
         let slope: Vec<_> = [1.0, 2.0, 3.0, 4.0].map(Some).to_vec();
-        assert_eq!(terrain(&slope, 4), Terrain { minima: 1, flat: 0.0 });
+        assert_eq!(terrain(&slope, 4), Terrain { minima: 1, flat: [0.0, 1.0] });
         let plains: Vec<_> = [0.0, 0.0, 0.0, 5.0, 1.0, 1.0].map(Some).to_vec();
-        assert_eq!(terrain(&plains, 6), Terrain { minima: 2, flat: 0.5 });
+        assert_eq!(terrain(&plains, 6), Terrain { minima: 2, flat: [0.5, 1.0] });
         assert_eq!(terrain(&[Some(1.0), None, Some(1.0)], 3).minima, 2);
+        // Two by two, rows 1 1 and 2 2: flat along x only.
+        assert_eq!(terrain(&[1.0, 1.0, 2.0, 2.0].map(Some), 2), Terrain { minima: 1, flat: [1.0, 0.0] });
     }
 }

@@ -144,12 +144,12 @@ fn table(runs: &[Run<SurfaceLine>]) -> Markup {
             table class="sortable" {
                 caption {
                     "What the surfaces mean for a search. Minima: places on the grid (a cell, or a plain of equal cells) from which every step along x or y leads up. "
-                    "Flat: cells whose neighbours all have the same error, so that a gradient says nothing."
+                    "Flat along x or y: poses whose neighbours there have the same error, so that a difference quotient says nothing."
                 }
                 thead { tr {
                     th { "surface" } th class="num" { "φ (°)" } th class="num" { "poses" } th class="num" { "without value" }
-                    th class="num" { "smallest error" } th class="num" { "largest error" } th class="num" { "poses with the smallest" } th class="num" { "minima" } th class="num" { "flat (%)" }
-                    th class="num" { "farthest of the smallest from the truth (mm)" }
+                    th class="num" { "smallest error" } th class="num" { "largest error" } th class="num" { "poses with the smallest" } th class="num" { "minima" } th class="num" { "flat along x (%)" } th class="num" { "flat along y (%)" }
+                    th class="num" { "smallest lie up to (mm) off the truth" }
                 } }
                 tbody {
                     @for run in runs {
@@ -185,7 +185,7 @@ fn table_row(run: &Run<SurfaceLine>, raster: &Raster, i: usize, phi: f64) -> Mar
             td class="num" data-v=[high] { (shown(high)) }
             td class="num" { (slice.lowest.len()) }
             td class="num" { (slice.terrain.minima) }
-            td class="num" { (percent(slice.terrain.flat)) }
+            @for flat in slice.terrain.flat { td class="num" { (percent(flat)) } }
             td class="num" data-v=[off] { (mm(off)) }
         }
     }

@@ -113,6 +113,18 @@ fn every_cell_of_a_map_is_drawn_with_the_look_of_its_class() {
 }
 
 #[test]
+fn missions_are_counted_after_each_touch_and_one_by_one_where_wrong() {
+    let dir = directory();
+    let csv = std::fs::read_to_string(dir.path().join("trials.csv")).unwrap();
+    let html = page(dir.path()).html;
+    for cell in ["213 (71)", "82 (27.3)", "5 (1.7)", "260 (86.7)"] {
+        assert!(html.contains(&format!("<td class=\"num\">{cell}</td>")), "{cell}");
+    }
+    let wrong = csv.matches(",wrong\n").count();
+    assert!(wrong > 0 && html.contains(&format!("The {wrong} missions that are wrong or confidently wrong.")));
+}
+
+#[test]
 fn what_is_not_there_is_named_in_one_line() {
     let dir = directory();
     for entry in std::fs::read_dir(dir.path()).unwrap() {
@@ -173,7 +185,9 @@ fn a_malformed_file_is_refused_by_file_line_column_and_what_was_expected() {
         complaint("compare.json", |text| text.replace("\"title\"", "\"head\""))
             .contains("missing field `title` at line")
     );
-    assert!(complaint("bench.json", |_| "{}".into()).contains("bench.json: expected [{name, value, unit, note}]"));
+    assert!(
+        complaint("bench.json", |_| "{}".into()).contains("bench.json: expected figures: [{name, value, unit, note}]")
+    );
 }
 
 #[test]

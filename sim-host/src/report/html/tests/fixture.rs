@@ -201,6 +201,9 @@ pub fn write_all(dir: &Path) {
         {"name": "world steps, 1 thread", "value": 6912.0, "unit": "1/s", "note": ""},
         {"name": "against argmin", "value": 3.7, "unit": "ratio", "note": "steepest descent, same problems"},
     ]);
+    let bench = json!({"experiment": "bench", "command": "cargo xtask bench", "machine": {"cpu": "Example CPU", "cores": 2}, "figures": bench,
+        "table": [{"crate": "tactus", "optimizer": "levenberg-marquardt", "budget": 100, "location_error_median_m": 0.0005,
+            "within_2mm": 1.0, "evaluations_median": 85, "time_median_s": 1.7e-4, "time_to_default": 1.0, "note": ""}]});
     std::fs::write(dir.join("bench.json"), bench.to_string()).unwrap();
     std::fs::write(dir.join("notes.txt"), "not an experiment").unwrap();
 }
