@@ -112,6 +112,59 @@ fn a_box_told_in_words_is_found_where_it_stands() {
     transported(&summary);
 }
 
+/// A mission by another method, twice: the same both times, and as the summary says.
+fn by_method(args: &[&str]) -> (Value, i32) {
+    let args = [&["run"], args].concat();
+    let [(first, ran), (second, _)] = [0, 1].map(|_| summary(Profile::Release, &args));
+    assert!(first["digest"].is_string(), "{args:?} ends: {}", ran.stderr);
+    assert_eq!(first["digest"], second["digest"], "{args:?} twice");
+    println!(
+        "{args:?}: {}, {} touches, {} evaluations, {:.1} mm off",
+        first["outcome"],
+        first["trials"],
+        first["evaluations"],
+        number(&first, "/position_error_m") * 1e3
+    );
+    assert!(number(&first, "/evaluations") >= 1.0);
+    (first, ran.status)
+}
+
+#[test]
+fn the_published_method_comes_to_an_end_that_its_exit_status_tells() {
+    // A weak criterion: it may carry the box although the belief is 20 mm off along the faces, or fail; both are ends.
+    let published = ["--sensors", "ideal", "--error", "modified", "--optimizer", "steepest-descent-golden"];
+    for predictor in ["kinematic", "simulation"] {
+        let (summary, status) = by_method(&[&published[..], &["--predictor", predictor, "--max-trials", "3"]].concat());
+        let outcome = summary["outcome"].as_str().expect("a text");
+        assert_eq!(status, if outcome == "transported" { 0 } else { 3 }, "{outcome}");
+        assert!(
+            ["transported", "misplaced", "toppled", "NotConfident", "GraspMissed", "ObjectLost"].contains(&outcome),
+            "{outcome}"
+        );
+        for (key, value) in
+            [("error", "modified"), ("optimizer", published[5]), ("predictor", predictor), ("sensors", "ideal")]
+        {
+            assert_eq!(summary["method"][key], value);
+        }
+    }
+}
+
+#[test]
+fn another_optimiser_finds_the_box_by_the_geometric_error() {
+    let (summary, status) = by_method(&["--optimizer", "cma-es"]);
+    assert_eq!((status, &summary["method"]["optimizer"]), (0, &Value::from("cma-es")));
+    transported(&summary);
+}
+
+#[test]
+fn ideal_sensors_change_nothing_for_our_own_method() {
+    let [real, ideal] = ["real", "ideal"].map(|sensors| summary(Profile::Release, &["run", "--sensors", sensors]).0);
+    for key in ["trials", "evaluations", "digest_ticks", "believed_pose", "final_object_pose"] {
+        assert_eq!(real[key], ideal[key], "{key}");
+    }
+    assert_ne!(real["digest"], ideal["digest"], "what the controller hears is hashed");
+}
+
 #[test]
 fn a_summary_on_standard_output_has_nothing_beside_it() {
     let (summary, ran) = summary(Profile::Release, &["--seed", "1"]);

@@ -163,7 +163,7 @@ impl Evolution {
         let rates = self.rates;
         let Some(generation) = self.samples.get_mut(..rates.population) else { return };
         insertion_sort(generation, |a, b| a.1.total_cmp(&b.1));
-        let is_flat = generation.iter().all(|sample| sample.1 == generation[0].1);
+        let is_flat = generation.first().is_some_and(|best| generation.iter().all(|sample| sample.1 == best.1));
         self.varies |= !is_flat;
         self.generation = self.generation.saturating_add(1);
         let mut shift = Vector3::zeros();

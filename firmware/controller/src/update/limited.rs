@@ -10,9 +10,9 @@ use crate::work::{GATHERING, Work};
 use tactus_common::pose::PlanarPose;
 
 /// One evaluation in so many goes to looking at starts.
-const SCREEN_SHARE: u16 = 8;
+const SCREEN_SHARE: u16 = 4;
 /// Evaluations that are kept for polishing while a search seeks.
-const POLISH_RESERVE: u16 = 8;
+const POLISH_RESERVE: u16 = 6;
 /// A search that may evaluate less than this is not begun.
 const SEEK_LEAST: u16 = 6;
 /// A step below this ends a seeking search, metres: polishing goes on from there.
@@ -28,7 +28,7 @@ impl Update {
     /// Starts that are looked at: those that the whole method would search from, as far as the limit allows.
     fn screened(&self) -> u16 {
         let all = (self.old.len() as u16 + self.starts).min(ENDS_MAX as u16);
-        (self.config.evaluations_max / SCREEN_SHARE).clamp(1, all)
+        (self.config.evaluations_max / SCREEN_SHARE).max(1).min(all)
     }
 
     pub(super) fn start_screening(&mut self) {
