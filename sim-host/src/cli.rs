@@ -72,7 +72,7 @@ enum Command {
     Converge(experiments::ConvergeArgs),
     /// All optimisers and errors on the same problems: the same evidence, bounds, start and budgets.
     Compare(experiments::CompareArgs),
-    /// All experiments of docs/results.md into a folder; what is there already is not made again.
+    /// All experiments of docs/results.md into a folder, and their report; what is there already is not made again.
     Reproduce(reproduce::ReproduceArgs),
     /// One self-contained HTML page of all the experiments in a directory.
     Report(report::ReportArgs),

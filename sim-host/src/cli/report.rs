@@ -3,7 +3,7 @@
 use crate::report::html;
 use anyhow::Context;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Which directory, and where the page goes.
 #[derive(Args, Debug)]
@@ -17,6 +17,11 @@ pub struct ReportArgs {
 }
 
 impl ReportArgs {
+    /// The page of a directory, in that directory.
+    pub fn of(dir: &Path) -> Self {
+        Self { dir: dir.to_owned(), out: None }
+    }
+
     /// Makes and writes the page; the exit status.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! `tactus reproduce`: all experiments of docs/results.md, one after the other, by the very commands that it prints.
 
+use super::report::ReportArgs;
 use super::{Cli, carry_out};
 use anyhow::{Context, ensure};
 use clap::{Args, Parser};
@@ -118,7 +119,7 @@ pub(super) fn run(args: &ReproduceArgs) -> anyhow::Result<u8> {
         let status = carry_out(cli.command, &line)?;
         ensure!(status == 0, "`{line}` ended with status {status}");
     }
-    Ok(0)
+    ReportArgs::of(&args.folder).run()
 }
 
 fn command(experiment: &Experiment, quick: bool) -> String {
