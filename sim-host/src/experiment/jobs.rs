@@ -116,9 +116,10 @@ fn resume<T: DeserializeOwned>(
     let mut lines = whole.lines().enumerate();
     let mut done = BTreeMap::new();
     if let Some((_, first)) = lines.next() {
+        let expected = settings.to_string();
         anyhow::ensure!(
-            first == settings.to_string(),
-            "{}: begun with other settings ({first}); expected {settings}, or no such file",
+            first == expected,
+            "{}: begun with other settings ({first}); expected {expected}, or no such file",
             named()
         );
     }
