@@ -7,6 +7,7 @@
 //! * [`reading`]: one tick of sensor readings and one tick of commands, in SI units.
 //! * [`trajectory`]: motion of the arm as timed knots, sampling and checking.
 //! * [`method`]: how the pose is to be found, by [`name`].
+//! * [`random`]: random numbers that a seed repeats everywhere.
 //! * [`message`]: what crosses the wire. [`cyphal`]: how it crosses CAN, in fixed memory, as [`can`] frames; [`slcan`]: these as
 //!   text on a serial line.
 //! * [`puck`]: Barrett's own CAN protocol, the way to the real arm and hand.
@@ -24,6 +25,7 @@ pub mod method;
 pub mod name;
 pub mod pose;
 pub mod puck;
+pub mod random;
 pub mod reading;
 pub mod robot;
 pub mod shape;

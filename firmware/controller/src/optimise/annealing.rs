@@ -11,9 +11,9 @@
 //! * A component that a step would take out of the box is drawn evenly over it (Goffe, Ferrier & Rogers 1994).
 
 use super::StopReason;
-use super::random::Random;
 use super::search::{Next, Point, Sample, Search, Setup, Strategy};
 use nalgebra::Vector3;
+use tactus_common::random::Random;
 
 /// Cycles over the components between two adaptations of the steps (Corana: 20).
 const CYCLES: u16 = 5;

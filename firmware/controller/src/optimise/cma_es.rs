@@ -9,11 +9,11 @@
 
 use super::StopReason;
 use super::chart::within;
-use super::random::Random;
 use super::search::{Next, Point, Sample, Search, Setup, Strategy};
 use super::starts::start;
 use crate::sort::insertion_sort;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use tactus_common::random::Random;
 
 /// Clouds one after the other; each is twice as large as the one before.
 const CLOUDS_MAX: u8 = 3;

@@ -25,7 +25,6 @@ pub mod method;
 pub mod multi_start;
 pub mod newton;
 pub mod options;
-mod random;
 pub mod search;
 pub mod starts;
 pub mod steepest_descent;

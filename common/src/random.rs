@@ -1,10 +1,10 @@
-//! Random numbers of a search: PCG, and floats through `libm` only, so that a seed means the same everywhere.
+//! Random numbers: PCG, and floats through `libm` only, so that a seed means the same everywhere.
 
 use rand_core::Rng;
 use rand_pcg::Pcg32;
 
 /// A stream of random numbers. 16 bytes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Random(Pcg32);
 
 impl Random {
@@ -19,12 +19,17 @@ impl Random {
 
     /// Uniform in [0, 1).
     pub fn unit(&mut self) -> f32 {
-        (self.0.next_u32() >> 8) as f32 / (1 << 24) as f32
+        (self.bits() >> 8) as f32 / (1 << 24) as f32
     }
 
     /// Uniform in [-1, 1).
     pub fn symmetric(&mut self) -> f32 {
         2.0 * self.unit() - 1.0
+    }
+
+    /// 32 random bits.
+    pub fn bits(&mut self) -> u32 {
+        self.0.next_u32()
     }
 
     /// Mean 0, standard deviation 1 (Box & Muller 1958), within +-5.8.
@@ -37,6 +42,17 @@ impl Random {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn neighbouring_seeds_differ() {
+        let mut first = [0_u32; 50];
+        for (seed, unit) in first.iter_mut().enumerate() {
+            *unit = (Random::new(seed as u64).unit() * 1000.0) as u32;
+        }
+        first.sort_unstable();
+        let distinct = 1 + first.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        assert!(distinct > 40, "{first:?}");
+    }
 
     #[test]
     fn normals_have_the_moments_they_promise() {
