@@ -1,6 +1,7 @@
 //! The command line: a contract with tools outside this repository (see `docs/cli.md`).
 
 mod experiments;
+mod report;
 mod reproduce;
 
 use crate::controller_process::ControllerProcess;
@@ -43,6 +44,7 @@ Examples:
   tactus surface --error modified --csv results/surface_modified.csv
   tactus converge --csv results/converge.csv
   tactus compare --csv results/compare.csv
+  tactus report results                      one page of them all: results/report.html
 
 Exit status: 0 done, 2 bad usage or input, 3 the task failed, 4 fault.";
 
@@ -70,8 +72,10 @@ enum Command {
     Converge(experiments::ConvergeArgs),
     /// All optimisers and errors on the same problems: the same evidence, bounds, start and budgets.
     Compare(experiments::CompareArgs),
-    /// All experiments of docs/results.md into a folder; what is there already is not made again.
+    /// All experiments of docs/results.md into a folder, and their report; what is there already is not made again.
     Reproduce(reproduce::ReproduceArgs),
+    /// One self-contained HTML page of all the experiments in a directory.
+    Report(report::ReportArgs),
     /// Time the parts that the README quotes: world, mental rollout, pose update (medians).
     #[command(hide = true)]
     Bench,
@@ -246,6 +250,7 @@ fn carry_out(command: Command, line: &str) -> anyhow::Result<u8> {
         Command::Converge(args) => experiments::converge(&args, line),
         Command::Compare(args) => experiments::compare(&args, line),
         Command::Reproduce(args) => reproduce::run(&args),
+        Command::Report(args) => args.run(),
         Command::Bench => crate::experiment::bench::run().map(|()| 0),
     }
 }

@@ -7,6 +7,7 @@
 //! * [`can_bench`]: world and controller as processes on `vcan0`.
 //! * [`candump`]: the log of an independent witness on a CAN interface.
 //! * [`process`]: programs that run beside a test.
+//! * [`problems`]: pose updates from a seed, without physics, for comparisons and counts.
 //! * [`serial_world`]: the world's end of a serial line, in the test's hands.
 //! * [`program`]: the `tactus` command, built and run as people do.
 //!
@@ -17,6 +18,7 @@ pub mod can_bench;
 pub mod candump;
 pub mod eavesdropper;
 pub mod emulator;
+pub mod problems;
 pub mod process;
 pub mod program;
 pub mod recording;

@@ -23,18 +23,18 @@ fn partial(path: &Path) -> PathBuf {
 
 /// The lines of a table without wall times, which no two runs share.
 fn untimed(path: &Path) -> Vec<Vec<String>> {
-    let mut reader = csv::Reader::from_path(path).unwrap();
-    let time = reader.headers().unwrap().iter().position(|h| h == "time_s").expect("a column of times");
+    let mut reader = csv::Reader::from_path(path).expect("a table");
+    let time = reader.headers().expect("a table").iter().position(|h| h == "time_s").expect("a column of times");
     let line = |record: csv::StringRecord| {
         record.iter().enumerate().filter(|(i, _)| *i != time).map(|(_, value)| value.to_owned()).collect()
     };
-    reader.records().map(|record| line(record.unwrap())).collect()
+    reader.records().map(|record| line(record.expect("a table"))).collect()
 }
 
 fn column(path: &Path, name: &str) -> Vec<String> {
-    let mut reader = csv::Reader::from_path(path).unwrap();
-    let at = reader.headers().unwrap().iter().position(|h| h == name).unwrap_or_else(|| panic!("{name}"));
-    reader.records().map(|record| record.unwrap()[at].to_owned()).collect()
+    let mut reader = csv::Reader::from_path(path).expect("a table");
+    let at = reader.headers().expect("a table").iter().position(|h| h == name).unwrap_or_else(|| panic!("{name}"));
+    reader.records().map(|record| record.expect("a table")[at].to_owned()).collect()
 }
 
 const OURS: [&str; 8] = ["converge", "--quiet", "--x", "0.12,0.28,0.08", "--y", "-0.14,-0.06,0.08", "--seed", "5"];
@@ -52,9 +52,9 @@ const PUBLISHED: [&str; 10] = [
 ];
 
 fn converge(args: &[&str], csv: &Path, jobs: &str) {
-    let ran = run(&[args, &["--csv", csv.to_str().unwrap(), "--jobs", jobs]].concat());
+    let ran = run(&[args, &["--csv", csv.to_str().expect("a path in UTF-8"), "--jobs", jobs]].concat());
     assert_eq!(ran.status, 0, "{}", ran.stderr);
-    assert_eq!(std::fs::read_to_string(csv).unwrap().lines().next(), Some(CONVERGE));
+    assert_eq!(std::fs::read_to_string(csv).expect("a table").lines().next(), Some(CONVERGE));
     assert!(!partial(csv).exists(), "no journal is left behind");
 }
 

@@ -1,7 +1,8 @@
 //! `cargo xtask`: the same commands for people and for CI. Here: the command line. [`setup`]: what the commands need
 //! from the machine. [`lint`], [`tests`]: what must be green before a change lands. [`vcan`]: a CAN interface for any command.
-//! [`cross`]: firmware images. [`cargo`]: calls of cargo.
+//! [`cross`]: firmware images. [`mod@bench`]: what a pose update costs. [`cargo`]: calls of cargo.
 
+mod bench;
 mod cargo;
 mod cross;
 mod lint;
@@ -73,8 +74,19 @@ enum Task {
         #[arg(required = true, last = true)]
         command: Vec<OsString>,
     },
-    /// Print the medians that the README quotes: world speed, mental rollout, pose update.
-    Bench,
+    /// What a pose update costs: every optimiser beside those of other crates, times as ratios and instructions beside
+    /// their reference; world and mental rollouts on one thread and two.
+    Bench {
+        /// Only count instructions, and fail where one is more than 5 % above firmware/instructions.toml.
+        #[arg(long, conflicts_with_all = ["accept", "json"])]
+        check: bool,
+        /// Only count instructions, and write them to firmware/instructions.toml.
+        #[arg(long, conflicts_with = "json")]
+        accept: bool,
+        /// Write everything to this file too.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
 }
 
 fn main() -> ExitCode {
@@ -90,7 +102,7 @@ fn main() -> ExitCode {
         Task::Vcan { timeout, quiet, command } => {
             return vcan::main(&command, vcan::Options { limit: Duration::from_secs(timeout), quiet });
         }
-        Task::Bench => ("bench", cargo::run(&["run", "--release", "--package", "tactus-sim-host", "--", "bench"])),
+        Task::Bench { check, accept, json } => ("bench", bench::run(&bench::Options { check, accept, json })),
     };
     match done {
         Ok(()) => {

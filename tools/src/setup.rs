@@ -67,6 +67,9 @@ pub const USER_MODE_LINUX: &[Need] = &[
 pub const EMULATOR: &[Need] =
     &[row("the emulated board", Probe::Program("qemu-system-arm"), Source::Debian(&["qemu-system-arm"]))];
 
+/// For counting instructions.
+pub const BENCH: &[Need] = &[row("counting instructions", Probe::Program("valgrind"), Source::Debian(&["valgrind"]))];
+
 /// For building firmware images where rustup cannot add their target.
 pub const CROSS: &[Need] = &[
     row("a Rust with source", Probe::File("/usr/bin/rustc"), Source::Debian(&["rustc-web", "cargo-web"])),
@@ -208,6 +211,7 @@ mod tests {
     #[test]
     fn the_line_for_a_person_names_the_package() {
         assert_eq!(by_hand(USER_MODE_LINUX[1].source), "apt-get install user-mode-linux");
+        assert_eq!(by_hand(BENCH[0].source), "apt-get install valgrind");
         assert_eq!(by_hand(LINT[0].source), "rustup component add rustfmt");
     }
 }

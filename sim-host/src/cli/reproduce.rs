@@ -1,5 +1,6 @@
 //! `tactus reproduce`: all experiments of docs/results.md, one after the other, by the very commands that it prints.
 
+use super::report::ReportArgs;
 use super::{Cli, carry_out};
 use anyhow::{Context, ensure};
 use clap::{Args, Parser};
@@ -14,6 +15,10 @@ struct Experiment {
 
 /// A coarse grid over table 3's region.
 const COARSE: &str = "--x 0.1,0.3,0.05 --y -0.15,-0.04,0.055";
+
+/// Every second pose of table 3's grid in x and y; every fourth.
+const SECOND: &str = "--x 0.1,0.3,0.02 --y -0.15,-0.04,0.01";
+const FOURTH: &str = "--x 0.1,0.3,0.04 --y -0.15,-0.04,0.02";
 
 /// All experiments, in the order of docs/results.md.
 const EXPERIMENTS: &[Experiment] = &[
@@ -38,18 +43,23 @@ const EXPERIMENTS: &[Experiment] = &[
     },
     Experiment { stem: "converge", full: "converge", quick: "converge COARSE" },
     Experiment {
+        stem: "sensitivity_two_sided",
+        full: "converge --error modified SECOND",
+        quick: "converge --error modified COARSE",
+    },
+    Experiment {
         stem: "sensitivity_one_sided",
-        full: "converge --error modified --gradient one-sided",
+        full: "converge --error modified --gradient one-sided SECOND",
         quick: "converge --error modified --gradient one-sided COARSE",
     },
     Experiment {
         stem: "sensitivity_damping_1",
-        full: "converge --error modified --damping 1",
+        full: "converge --error modified --damping 1 SECOND",
         quick: "converge --error modified --damping 1 COARSE",
     },
     Experiment {
         stem: "sensitivity_instants_8",
-        full: "converge --error modified --instants 8",
+        full: "converge --error modified --instants 8 SECOND",
         quick: "converge --error modified --instants 8 COARSE",
     },
     Experiment {
@@ -59,17 +69,17 @@ const EXPERIMENTS: &[Experiment] = &[
     },
     Experiment {
         stem: "sensitivity_dof_3",
-        full: "converge --error modified --dof 3 --x 0.1,0.3,0.02 --y -0.15,-0.04,0.01",
+        full: "converge --error modified --dof 3 FOURTH",
         quick: "converge --error modified --dof 3 COARSE",
     },
     Experiment {
         stem: "locate_nominal",
-        full: "trials --task locate --reality nominal --count 400 --offset 0.10,0.10,0.7854 --max-trials 4",
+        full: "trials --task locate --reality nominal --count 300 --offset 0.10,0.10,0.7854 --max-trials 4",
         quick: "trials --task locate --reality nominal --count 20 --offset 0.10,0.10,0.7854 --max-trials 4",
     },
     Experiment {
         stem: "locate",
-        full: "trials --task locate --count 400 --offset 0.10,0.10,0.7854 --max-trials 4",
+        full: "trials --task locate --count 300 --offset 0.10,0.10,0.7854 --max-trials 4",
         quick: "trials --task locate --count 20 --offset 0.10,0.10,0.7854 --max-trials 4",
     },
     Experiment { stem: "compare", full: "compare --count 100", quick: "compare --count 4 --budget 100" },
@@ -109,11 +119,14 @@ pub(super) fn run(args: &ReproduceArgs) -> anyhow::Result<u8> {
         let status = carry_out(cli.command, &line)?;
         ensure!(status == 0, "`{line}` ended with status {status}");
     }
-    Ok(0)
+    ReportArgs::of(&args.folder).run()
 }
 
 fn command(experiment: &Experiment, quick: bool) -> String {
-    if quick { experiment.quick.replace("COARSE", COARSE) } else { experiment.full.to_owned() }
+    let line = if quick { experiment.quick } else { experiment.full };
+    [("COARSE", COARSE), ("SECOND", SECOND), ("FOURTH", FOURTH)]
+        .iter()
+        .fold(line.to_owned(), |line, (name, grid)| line.replace(name, grid))
 }
 
 /// The record is written last.

@@ -19,8 +19,8 @@ use tactus_controller::error::PublishedConfig;
 use tactus_controller::error::contact::{Closing, ContactMatrix};
 use tactus_controller::touch::{CLOSED_RAD, TouchPlan, candidate};
 
-/// Ticks of a rollout: 0.6 s.
-const ROLLOUT_TICKS: u32 = 300;
+/// Ticks of a rollout: 1.2 s, slow enough to leave the object where it is.
+const ROLLOUT_TICKS: u32 = 600;
 /// Its length, seconds.
 const ROLLOUT_S: f32 = ROLLOUT_TICKS as f32 * tactus_common::limits::TICK_S;
 
@@ -119,15 +119,19 @@ impl Replan {
     }
 }
 
-/// A rollout as the published errors see it: contacts at equally spaced instants, and the angles at the end.
+/// A rollout as the published errors see it: contacts at equally spaced instants, and the angles at the end. A link that has
+/// touched once counts as touching, since its finger stands still from then on, even if the force sinks below what the
+/// sensor notices.
 fn closing(rollout: &RolloutOutcome) -> Closing {
-    let row = |i: usize| {
-        let at = (i + 1) * ROLLOUT_TICKS as usize / ROLLOUT_INSTANTS - 1;
-        // A rollout that ends early stays as it ended.
-        rollout.samples.get(at).or(rollout.samples.last()).map_or(0, |sample| sample.contacts)
-    };
+    let mut touched = 0;
+    let mut samples = rollout.samples.iter();
+    let rows = (0..ROLLOUT_INSTANTS).map(|i| {
+        let ticks = ROLLOUT_TICKS as usize * (i + 1) / ROLLOUT_INSTANTS - ROLLOUT_TICKS as usize * i / ROLLOUT_INSTANTS;
+        touched = samples.by_ref().take(ticks).fold(touched, |bits, sample| bits | sample.contacts);
+        touched
+    });
     Closing {
-        contacts: ContactMatrix::new((0..ROLLOUT_INSTANTS).map(row)),
+        contacts: ContactMatrix::new(rows),
         inner_rad: rollout.samples.last().map_or([0.0; FINGERS], |sample| sample.inner_rad),
     }
 }

@@ -47,6 +47,15 @@ pub fn command() -> anyhow::Result<PathBuf> {
     Ok(tactus.context("cargo does not say where tactus is")?.path)
 }
 
+/// Builds the benchmark `name` of a package, optimised.
+pub fn bench(package: &str, name: &str, features: &[&str]) -> anyhow::Result<Binary> {
+    let features = features.join(",");
+    let args = ["build", "--release", "--package", package, "--bench", name, "--features", &features];
+    let told = messages(&[&args[..], &["--message-format", "json-render-diagnostics"]].concat())?;
+    let found = told.iter().filter_map(binary).find(|b| b.name == name);
+    found.with_context(|| format!("cargo does not say where the benchmark {name} is"))
+}
+
 /// What a message of cargo says of an executable.
 fn binary(message: &Value) -> Option<Binary> {
     let path = message["executable"].as_str()?;
