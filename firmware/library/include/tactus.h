@@ -21,7 +21,7 @@
 #include <stdint.h>
 
 /// Version of this interface: it grows by one whenever a struct, a constant or a function changes its meaning.
-#define TACTUS_ABI_VERSION 1
+#define TACTUS_ABI_VERSION 2
 
 /// Bytes that are enough for a controller on every target; `tactus_controller_size` says how many one takes here.
 #define TACTUS_CONTROLLER_SIZE 36864

@@ -58,7 +58,7 @@ pub struct Corana {
 
 impl Strategy for Corana {
     fn new(setup: &Setup) -> Self {
-        let moves_per_sweep = CYCLES * setup.free.max(1) as u16;
+        let moves_per_sweep = (CYCLES * setup.free.min(3) as u16).max(1);
         let sweeps = (setup.options.evaluations_max / moves_per_sweep).max(2);
         let sweeps_per_temperature = (sweeps / SWEEPS_MIN).max(1);
         let temperatures = (sweeps / sweeps_per_temperature).max(2) - 1;

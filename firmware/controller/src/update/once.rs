@@ -95,8 +95,7 @@ impl Update {
                 self.phase = Phase::Done;
                 return;
             }
-            let (from, options) = (self.belief.pose(), self.options(evidence.touches));
-            self.once.optimiser = Some(AnyOptimiser::new(self.config.optimiser, &from, &self.bounds, &options));
+            self.create_optimiser(evidence.touches);
             work.spend(GATHERING);
         }
         let Some(optimiser) = &mut self.once.optimiser else { return };
@@ -127,6 +126,14 @@ impl Update {
             // Between evaluations some sort all that they know.
             work.spend(GATHERING);
         }
+    }
+
+    /// A function of its own, so that the kilobytes of stack on which an optimiser is made are free again before the first
+    /// evaluation.
+    #[inline(never)]
+    fn create_optimiser(&mut self, touches: &[FeltTouch]) {
+        let (from, options) = (self.belief.pose(), self.options(touches));
+        self.once.optimiser = Some(AnyOptimiser::new(self.config.optimiser, &from, &self.bounds, &options));
     }
 
     fn begin_evaluation(
