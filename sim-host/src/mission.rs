@@ -41,6 +41,14 @@ pub enum Reality {
 }
 
 impl Reality {
+    /// The name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Mismatched => "mismatched",
+            Self::Nominal => "nominal",
+        }
+    }
+
     /// Its numbers for a seed.
     pub fn mismatch(self, seed: u64) -> Mismatch {
         match self {

@@ -183,10 +183,12 @@ pub fn run(options: &ConvergeOptions, csv: Option<&Path>) -> anyhow::Result<(Sta
     }
     let statistics = Statistics::of(&outcomes);
     let title = format!(
-        "Regions of convergence: {} error, {}, {}",
+        "Regions of convergence: {} error, {}, {}, {} unknown, {} reality",
         options.method.config.error.name(),
         options.method.config.optimiser.name(),
-        options.method.formulation.name()
+        options.method.formulation.name(),
+        dof(options),
+        options.reality.name()
     );
     let record = Record::new("converge", title, settings, started.elapsed().as_secs_f64())
         .with("truth", json!({ "x": truth.x_m, "y": truth.y_m, "phi": truth.phi_rad }))

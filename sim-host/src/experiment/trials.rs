@@ -317,7 +317,15 @@ pub fn run(options: &TrialsOptions, csv: Option<&Path>) -> anyhow::Result<(Stati
         jobs::forget(csv)?;
     }
     let statistics = Statistics::of(&missions);
-    let title = format!("{} missions, guesses off by up to {:?}", options.count, options.offset.to_array());
+    let [x_m, y_m, phi_rad] = options.offset.to_array();
+    let title = format!(
+        "{} missions, guesses off by up to {:.0} mm, {:.0} mm, {:.0} degrees, {} reality",
+        options.count,
+        x_m * 1e3,
+        y_m * 1e3,
+        phi_rad.to_degrees(),
+        options.reality.name()
+    );
     let record = Record::new("trials", title, settings, started.elapsed().as_secs_f64()).with_summary(&statistics);
     Ok((statistics, record))
 }
