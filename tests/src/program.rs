@@ -25,18 +25,19 @@ pub fn path(profile: Profile) -> PathBuf {
     static DEBUG: OnceLock<PathBuf> = OnceLock::new();
     static RELEASE: OnceLock<PathBuf> = OnceLock::new();
     let (built, args): (_, &[&str]) = match profile {
-        Profile::Debug => (&DEBUG, &[]),
-        Profile::Release => (&RELEASE, &["--release"]),
+        // What `cargo xtask test` has built for the unit tests, with the same features: nothing is built twice.
+        Profile::Debug => (&DEBUG, &["--workspace", "--exclude", "tactus-tests", "--tests", "--bins"]),
+        Profile::Release => (&RELEASE, &["--release", "--package", "tactus-sim-host", "--bin", "tactus"]),
     };
     let found = || std::env::var_os(BUILT).filter(|_| profile == Profile::Release).map(PathBuf::from);
     built.get_or_init(|| found().unwrap_or_else(|| build(args))).clone()
 }
 
 /// Builds it and asks cargo where it is.
-fn build(profile: &[&str]) -> PathBuf {
+fn build(selection: &[&str]) -> PathBuf {
     let output = Process::new(env!("CARGO"))
-        .args(["build", "--package", "tactus-sim-host", "--bin", "tactus", "--message-format", "json"])
-        .args(profile)
+        .args(["build", "--message-format", "json"])
+        .args(selection)
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .expect("cargo runs");
@@ -44,7 +45,7 @@ fn build(profile: &[&str]) -> PathBuf {
     let text = String::from_utf8_lossy(&output.stdout);
     text.lines()
         .filter_map(|line| serde_json::from_str::<Value>(line).ok())
-        .filter(|message| message["target"]["name"] == "tactus")
+        .filter(|message| message["target"]["name"] == "tactus" && message["profile"]["test"] == false)
         .find_map(|message| message["executable"].as_str().map(PathBuf::from))
         .expect("cargo names the executable")
 }
