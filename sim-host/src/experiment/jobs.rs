@@ -54,7 +54,7 @@ pub fn run<T: Serialize + DeserializeOwned + Send>(
                 .append(true)
                 .create(true)
                 .open(results)
-                .with_context(|| results.display().to_string())?;
+                .with_context(|| format!("--csv {}", results.display()))?;
             let (done, journal) = resume::<T>(&partial_path(results), work.settings, count)?;
             (done, Some(Mutex::new(journal)))
         }
