@@ -25,8 +25,9 @@ pub fn path(profile: Profile) -> PathBuf {
     static DEBUG: OnceLock<PathBuf> = OnceLock::new();
     static RELEASE: OnceLock<PathBuf> = OnceLock::new();
     let (built, args): (_, &[&str]) = match profile {
-        // What `cargo xtask test` has built for the unit tests, with the same features: nothing is built twice.
-        Profile::Debug => (&DEBUG, &["--workspace", "--exclude", "tactus-tests", "--tests", "--bins"]),
+        // What `cargo xtask test` has built for the unit tests, with the same features: nothing is built twice. The one
+        // program alone: `xtask` itself is running.
+        Profile::Debug => (&DEBUG, &["--workspace", "--exclude", "tactus-tests", "--tests", "--bin", "tactus"]),
         Profile::Release => (&RELEASE, &["--release", "--package", "tactus-sim-host", "--bin", "tactus"]),
     };
     let found = || std::env::var_os(BUILT).filter(|_| profile == Profile::Release).map(PathBuf::from);
