@@ -47,6 +47,17 @@ impl PlanarPose {
         )
     }
 
+    /// Distance to `other` in the plane, metres.
+    pub fn distance_m(&self, other: &Self) -> f32 {
+        libm::hypotf(self.x_m - other.x_m, self.y_m - other.y_m)
+    }
+
+    /// Yaw from `other` to here, radians in (-symmetry/2, symmetry/2], for an object that looks the same after a turn by
+    /// `symmetry_rad`.
+    pub fn turn_from_rad(&self, other: &Self, symmetry_rad: f32) -> f32 {
+        wrap(self.phi_rad - other.phi_rad, symmetry_rad)
+    }
+
     /// `self * local`: a planar pose given in this object's frame, expressed in the world.
     pub fn compose(&self, local: &PlanarPose) -> PlanarPose {
         let (s, c) = libm::sincosf(self.phi_rad);
@@ -70,6 +81,18 @@ pub struct Interval {
 }
 
 impl Interval {
+    /// The same for the first `dof` components of (x, y, phi); the others are known exactly.
+    pub fn of_first(self, dof: u8) -> Self {
+        let [x_m, y_m, phi_rad] = self.to_array();
+        let unknown = |component: u8, half_width| if component < dof { half_width } else { 0.0 };
+        Self { x_m: unknown(0, x_m), y_m: unknown(1, y_m), phi_rad: unknown(2, phi_rad) }
+    }
+
+    /// Components that are not known exactly.
+    pub fn dof(&self) -> usize {
+        self.to_array().iter().filter(|half_width| **half_width > 0.0).count()
+    }
+
     /// The half widths as an array `[x, y, phi]`.
     pub fn to_array(self) -> [f32; 3] {
         [self.x_m, self.y_m, self.phi_rad]
@@ -105,6 +128,21 @@ mod tests {
                 assert!((w - a).abs() < 1e-5, "{a} + {k} pi -> {w}");
             }
         }
+    }
+
+    #[test]
+    fn poses_differ_by_a_distance_and_by_the_turn_that_can_be_seen() {
+        let (a, b) = (PlanarPose::new(0.03, 0.0, 3.0), PlanarPose::new(0.0, 0.04, 0.0));
+        assert!((a.distance_m(&b) - 0.05).abs() < 1e-7);
+        assert!((a.turn_from_rad(&b, HALF_TURN_RAD) - (3.0 - PI)).abs() < 1e-6);
+        assert!((b.turn_from_rad(&a, TAU) + 3.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn of_an_interval_the_first_components_stay_unknown() {
+        let whole = Interval { x_m: 0.1, y_m: 0.2, phi_rad: 0.3 };
+        assert_eq!([1, 2, 3].map(|dof| whole.of_first(dof).dof()), [1, 2, 3]);
+        assert_eq!(whole.of_first(2), Interval { phi_rad: 0.0, ..whole });
     }
 
     #[test]

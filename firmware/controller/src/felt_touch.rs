@@ -2,10 +2,11 @@
 //!
 //! The contact matrix is taken over the progress of the closing: row i is what touches when the closing has lasted
 //! `(i + 1) / 16` of the time that a finger takes from its opened angle to [`CLOSED_RAD`] if it meets nothing; what has
-//! touched once counts as touching until the hand opens. A prediction is brought into the same form, whatever it comes from: a finger touches from the row whose progress
-//! reaches its onset angle on, since it stops there.
+//! touched once counts as touching until the hand opens. A prediction is brought into the same form, whatever it comes
+//! from: a finger touches from the row whose progress reaches its onset angle on, since it stops there.
 
 use crate::error::contact::{Closing, ContactMatrix};
+use crate::evidence::TOUCHES_MAX;
 use crate::mission::closing::CLOSING_RAD_S;
 use crate::predict::{FingerPrediction, Prediction};
 use crate::touch::{CLOSED_RAD, TouchPlan};
@@ -16,8 +17,6 @@ use tactus_common::message::{ROLLOUT_INSTANTS, RolloutRequest, RolloutResult};
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::HandLink;
 
-/// Touches that are remembered; the oldest is forgotten when one more comes.
-pub const TOUCHES_MAX: usize = 8;
 /// Ticks in which a rollout sweeps a whole closing, 3 s: two thirds of the real time. Faster fingers push the box before
 /// they stop: in 0.6 s by up to 20 mm, in 1.2 s by up to 8 mm, and they then touch it with two links where one does.
 const SWEEP_TICKS: u16 = 1_500;

@@ -13,13 +13,12 @@ mod once;
 pub use config::UpdateConfig;
 
 use crate::belief::{Belief, MODES_MAX, Prior};
-use crate::error::geometric::{Geometric, GeometricConfig, ResidualsUnderWay, UnderWay};
+use crate::error::geometric::{Geometric, ResidualsUnderWay, UnderWay};
 use crate::evidence::EvidenceStore;
 use crate::felt_touch::FeltTouch;
-use crate::optimise::{Ask, Bounds, Found, LevenbergMarquardt, Optimiser, StopReason, start};
-use crate::sort::insertion_sort;
+use crate::optimise::{Ask, Bounds, Found, LevenbergMarquardt, LevenbergMarquardtConfig, Optimiser, StopReason, start};
 use crate::work::{GATHERING, MATRICES, Work};
-use gather::merge;
+use gather::{merge, sort_by_error};
 use heapless::Vec;
 use once::Once;
 use tactus_common::pose::PlanarPose;
@@ -34,8 +33,6 @@ const LARGE_POSITION_M: f32 = 0.06;
 const LARGE_YAW_RAD: f32 = 0.52;
 /// Ends kept for polishing.
 const ENDS_MAX: usize = OLD_MODES_MAX + STARTS_LARGE as usize;
-/// Loss scale of the exploring searches, in standard deviations: 15 mm at 0.5 mm.
-const WIDE_LOSS_SCALE: f32 = 30.0;
 
 /// All that was felt.
 #[derive(Clone, Copy, Debug)]
@@ -180,7 +177,7 @@ impl Update {
     pub fn step<'a>(&mut self, work: &mut Work, evidence: impl Into<Evidence<'a>>) -> Progress {
         let evidence = evidence.into();
         let narrow = self.config.geometric;
-        let wide = GeometricConfig { loss_scale: WIDE_LOSS_SCALE, ..narrow };
+        let wide = narrow.wide();
         let narrow = Geometric::new(evidence.store, &self.prior.shape, &narrow);
         let wide = Geometric::new(evidence.store, &self.prior.shape, &wide);
         while work.is_left() {
@@ -219,7 +216,7 @@ impl Update {
 
     fn start_exploring(&mut self, index: u16) {
         let from = self.start(index);
-        self.begin_search(&from);
+        self.begin_search(self.config.search, &from);
         self.phase = Phase::Explore { next: index + 1 };
     }
 
@@ -231,9 +228,9 @@ impl Update {
         }
     }
 
-    fn begin_search(&mut self, from: &PlanarPose) {
+    fn begin_search(&mut self, config: LevenbergMarquardtConfig, from: &PlanarPose) {
         self.stats.searches += 1;
-        self.search = LevenbergMarquardt::new(&self.config.search, &self.bounds, from);
+        self.search = LevenbergMarquardt::new(&config, &self.bounds, from);
     }
 
     fn finish_search(&mut self, found: Found, evidence: &Evidence<'_>, work: &mut Work) {
@@ -243,7 +240,7 @@ impl Update {
                 if usize::from(next) < self.old.len() + usize::from(self.starts) {
                     self.start_exploring(next);
                 } else {
-                    insertion_sort(&mut self.ends, |a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
+                    sort_by_error(&mut self.ends);
                     merge(&mut self.ends);
                     work.spend(GATHERING);
                     self.start_polishing(0);
@@ -263,7 +260,7 @@ impl Update {
         match self.ends.get(index) {
             Some(end) if index < MODES_MAX => {
                 let pose = end.pose;
-                self.begin_search(&pose);
+                self.begin_search(self.config.search, &pose);
                 self.phase = Phase::Polish { next: index + 1 };
             }
             _ => self.finish_polishing(),
@@ -271,7 +268,7 @@ impl Update {
     }
 
     fn finish_polishing(&mut self) {
-        insertion_sort(&mut self.polished, |a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
+        sort_by_error(&mut self.polished);
         merge(&mut self.polished);
         self.phase = Phase::Check;
     }

@@ -51,6 +51,17 @@ impl Default for GeometricConfig {
     }
 }
 
+/// Loss scale of exploring searches, in standard deviations: 15 mm at 0.5 mm.
+const WIDE_LOSS_SCALE: f32 = 30.0;
+
+impl GeometricConfig {
+    /// The same with a loss that pulls from afar, for searches that explore.
+    #[must_use]
+    pub fn wide(self) -> Self {
+        Self { loss_scale: WIDE_LOSS_SCALE, ..self }
+    }
+}
+
 /// The geometric error over a store of evidence.
 #[derive(Clone, Copy, Debug)]
 pub struct Geometric<'a> {

@@ -1,7 +1,7 @@
 //! How an update goes about it, and how that is told by name.
 
 use crate::error::{ErrorKind, GeometricConfig, PublishedConfig};
-use crate::optimise::{Gradient, LevenbergMarquardtConfig, Method};
+use crate::optimise::{Gradient, LevenbergMarquardtConfig, Method, SearchOptions};
 use crate::predict::PredictorKind;
 use tactus_common::message::ROLLOUT_INSTANTS;
 use tactus_common::method::Method as Told;
@@ -75,6 +75,24 @@ impl UpdateConfig {
         self.error == ErrorKind::Geometric
             && self.optimiser == Method::LevenbergMarquardt
             && self.gradient == Gradient::Analytic
+    }
+
+    /// Options of one search by another optimiser, or for another error, over this many touches. The published search ends
+    /// where the published criterion is met.
+    pub fn search_options(&self, touches: usize) -> SearchOptions {
+        let defaults = SearchOptions::default();
+        let is_published = self.published().is_some();
+        SearchOptions {
+            evaluations_max: match self.evaluations_max {
+                0 => defaults.evaluations_max,
+                most if is_published => most,
+                // One is for the covariance.
+                most => most - 1,
+            },
+            goal_error: if is_published { self.goal_error * touches as f32 } else { 0.0 },
+            gradient: self.gradient,
+            ..defaults
+        }
     }
 
     /// The published error that is minimised, if it is one.

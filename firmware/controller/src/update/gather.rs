@@ -5,6 +5,7 @@ use crate::belief::{Belief, MODES_MAX, Mode};
 use crate::error::Evaluation;
 use crate::error::geometric::Residuals;
 use crate::optimise::Found;
+use crate::sort::insertion_sort;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 use tactus_common::pose::PlanarPose;
@@ -89,6 +90,11 @@ impl Update {
             self.belief = belief;
         }
     }
+}
+
+/// Puts ends in order of error.
+pub(super) fn sort_by_error<const N: usize>(ends: &mut Vec<Found, N>) {
+    insertion_sort(ends, |a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
 }
 
 /// Removes from a list in order of error every end that is next to a better one.

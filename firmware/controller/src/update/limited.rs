@@ -1,13 +1,11 @@
 //! Our own method with a limited number of evaluations: looks at the starts first, then searches and polishes from the
 //! best of them, one after the other, until an end explains the evidence or no further search fits into the limit.
 
-use super::gather::is_same;
+use super::gather::{is_same, sort_by_error};
 use super::{ENDS_MAX, Evidence, Phase, Update};
 use crate::error::geometric::Geometric;
-use crate::optimise::{Found, LevenbergMarquardt, LevenbergMarquardtConfig, Optimiser, StopReason};
-use crate::sort::insertion_sort;
+use crate::optimise::{Found, LevenbergMarquardtConfig, Optimiser, StopReason};
 use crate::work::{GATHERING, Work};
-use tactus_common::pose::PlanarPose;
 
 /// One evaluation in so many goes to looking at starts.
 const SCREEN_SHARE: u16 = 4;
@@ -38,7 +36,7 @@ impl Update {
     /// One evaluation of a start, or what the work allows of it.
     pub(super) fn screen(&mut self, next: u16, wide: &Geometric<'_>, work: &mut Work) {
         if next >= self.screened() {
-            insertion_sort(&mut self.ends, |a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
+            sort_by_error(&mut self.ends);
             work.spend(GATHERING);
             self.start_seeking(0);
             return;
@@ -64,7 +62,7 @@ impl Update {
                     step_min_m: SEEK_STEP_MIN_M,
                     ..self.config.search
                 };
-                self.begin_limited(&seek, &start.pose);
+                self.begin_search(seek, &start.pose);
                 // What is known of the start needs no second look.
                 self.search.tell(&start.evaluation);
                 self.phase = Phase::Seek { rank };
@@ -91,14 +89,14 @@ impl Update {
             self.start_seeking(rank + 1);
         } else {
             let refine = LevenbergMarquardtConfig { evaluations_max: most, ..self.config.search };
-            self.begin_limited(&refine, &found.pose);
+            self.begin_search(refine, &found.pose);
             self.phase = Phase::Refine { rank };
         }
     }
 
     pub(super) fn finish_refining(&mut self, rank: usize, found: Found, evidence: &Evidence<'_>, work: &mut Work) {
         if self.polished.is_full() {
-            insertion_sort(&mut self.polished, |a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
+            sort_by_error(&mut self.polished);
             self.polished.pop();
         }
         let _ = self.polished.push(found);
@@ -109,10 +107,5 @@ impl Update {
         } else {
             self.start_seeking(rank + 1);
         }
-    }
-
-    fn begin_limited(&mut self, config: &LevenbergMarquardtConfig, from: &PlanarPose) {
-        self.stats.searches += 1;
-        self.search = LevenbergMarquardt::new(config, &self.bounds, from);
     }
 }

@@ -5,7 +5,7 @@ use crate::error::geometric::{self, Geometric};
 use crate::error::published::{self, Published};
 use crate::error::{Evaluation, PublishedConfig};
 use crate::felt_touch::FeltTouch;
-use crate::optimise::{AnyOptimiser, Ask, Found, Optimiser, SearchOptions};
+use crate::optimise::{AnyOptimiser, Ask, Found, Optimiser};
 use crate::predict::PredictorKind;
 use crate::work::{GATHERING, Work};
 use tactus_common::message::{RolloutRequest, RolloutResult};
@@ -67,25 +67,6 @@ impl Update {
         Some(self.once.optimiser.is_some() && self.stats.error < touches.len() as f32)
     }
 
-    fn options(&self, touches: &[FeltTouch]) -> SearchOptions {
-        let defaults = SearchOptions::default();
-        SearchOptions {
-            evaluations_max: match self.config.evaluations_max {
-                0 => defaults.evaluations_max,
-                most if self.config.published().is_some() => most,
-                // One is for the covariance.
-                most => most - 1,
-            },
-            // The published search ends where the published criterion is met.
-            goal_error: match self.config.published() {
-                Some(_) => self.config.goal_error * touches.len() as f32,
-                None => 0.0,
-            },
-            gradient: self.config.gradient,
-            ..defaults
-        }
-    }
-
     /// One evaluation of the search, or what the work allows of it.
     pub(super) fn search_once(&mut self, wide: &Geometric<'_>, evidence: &Evidence<'_>, work: &mut Work) {
         let published = self.config.published();
@@ -132,7 +113,7 @@ impl Update {
     /// evaluation.
     #[inline(never)]
     fn create_optimiser(&mut self, touches: &[FeltTouch]) {
-        let (from, options) = (self.belief.pose(), self.options(touches));
+        let (from, options) = (self.belief.pose(), self.config.search_options(touches.len()));
         self.once.optimiser = Some(AnyOptimiser::new(self.config.optimiser, &from, &self.bounds, &options));
     }
 

@@ -4,6 +4,7 @@ extern crate std;
 
 use super::*;
 use crate::belief::{Readiness, Tolerance};
+use crate::error::GeometricConfig;
 use crate::touch::{candidate, rehearse::rehearse};
 use tactus_common::pose::Interval;
 use tactus_common::shape::ObjectShape;
