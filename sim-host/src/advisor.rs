@@ -94,13 +94,7 @@ pub fn roll_out(mental: &MentalModel, shape: &ObjectShape, request: &RolloutRequ
     };
     if let Ok(foretold) = mental.rollout(&input) {
         result.onset_inner_rad = foretold.onset_rad;
-        let (mut samples, mut touched, mut taken) = (foretold.samples.iter(), 0, 0);
-        for (i, bits) in result.contacts.iter_mut().enumerate() {
-            // A rollout that ends early stays as it ended.
-            let until = (i + 1) * usize::from(ticks) / ROLLOUT_INSTANTS;
-            touched |= samples.by_ref().take(until - taken).fold(0, |bits, sample| bits | sample.contacts);
-            (*bits, taken) = (touched, until);
-        }
+        result.contacts = foretold.touched_by_instant(usize::from(ticks));
     }
     result
 }

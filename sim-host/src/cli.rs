@@ -6,6 +6,7 @@ mod reproduce;
 
 use crate::controller_process::ControllerProcess;
 use crate::experiment::capture::Task;
+use crate::experiment::conduct::Conditions;
 use crate::experiment::trials::{self, TrialsOptions};
 use crate::hooks::Hooks;
 use crate::method::MethodArgs;
@@ -276,7 +277,7 @@ fn with_dof(interval: [f32; 3], dof: u8) -> anyhow::Result<Interval> {
         interval.iter().all(|v| *v >= 0.0),
         "interval {x_m},{y_m},{phi_rad}: half widths must not be negative"
     );
-    Ok(Interval { x_m, y_m: if dof >= 2 { y_m } else { 0.0 }, phi_rad: if dof >= 3 { phi_rad } else { 0.0 } })
+    Ok(Interval { x_m, y_m, phi_rad }.of_first(dof))
 }
 
 fn mission_options(args: &MissionArgs) -> anyhow::Result<MissionOptions> {
@@ -390,20 +391,18 @@ fn serve_worlds(args: &ServeArgs) -> anyhow::Result<u8> {
 fn trials(args: &TrialsArgs, line: &str) -> anyhow::Result<u8> {
     let method = args.method.options()?;
     let offset = with_dof(args.offset, args.method.dof)?;
-    let options = TrialsOptions {
+    let quiet = is_quiet(&args.common);
+    let conditions = Conditions {
         scenario: scenario(&args.common)?,
-        seed: args.common.seed,
-        count: args.count,
-        offset,
-        trials_max: args.method.max_trials,
         reality: args.method.reality,
-        task: args.task,
-        method,
+        seed: args.common.seed,
+        trials_max: args.method.max_trials,
         jobs: args.jobs.map_or(0, usize::from),
-        quiet: is_quiet(&args.common),
+        quiet,
     };
+    let options = TrialsOptions { conditions, count: args.count, offset, task: args.task, method };
     let (statistics, record) = trials::run(&options, args.csv.as_deref())?;
-    if !options.quiet {
+    if !quiet {
         println!("{statistics}");
     }
     experiments::write(args.csv.as_deref(), args.common.summary.as_deref(), &record.with_command(line))

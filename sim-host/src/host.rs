@@ -118,7 +118,6 @@ pub struct Host {
     phase: Phase,
     /// Wall time of the update under way, seconds.
     updating_s: f64,
-    created: Instant,
     started: Instant,
     /// Ticks that go on after the end; `None` before it.
     left: Option<u32>,
@@ -142,7 +141,6 @@ impl Host {
             drives: Drives { last: JointCommands::idle(0), missed: 0, missed_in_all: 0 },
             phase: Phase::Initialise,
             updating_s: 0.0,
-            created: Instant::now(),
             started: Instant::now(),
             left: None,
             end: HostEnd::default(),
@@ -163,11 +161,6 @@ impl Host {
     /// The object's shape, as the controller is told it.
     pub fn shape(&self) -> ObjectShape {
         self.setup.shape
-    }
-
-    /// Wall time since the mission was set up, seconds.
-    pub fn wall_time_s(&self) -> f64 {
-        self.created.elapsed().as_secs_f64()
     }
 
     /// Runs the mission to its end, with the controller at the other end of `wire`, which waits for one.

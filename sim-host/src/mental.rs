@@ -12,6 +12,7 @@ use nalgebra::Isometry3;
 use rapier3d::parry::query;
 use rapier3d::prelude::*;
 use tactus_common::limits::{FINGERS, HAND_LINKS, TICK_S};
+use tactus_common::message::ROLLOUT_INSTANTS;
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::HandCommand;
 
@@ -78,6 +79,21 @@ pub struct RolloutOutcome {
     pub samples: Vec<RolloutSample>,
     /// How far the object was shifted, metres.
     pub object_shift_m: f32,
+}
+
+impl RolloutOutcome {
+    /// Hand links that have touched so far, at equally spaced instants of `ticks` ticks. A link that has touched once
+    /// counts as touching, since its finger stands still from then on, even if the force sinks below what the sensor
+    /// notices; a rollout that ends early stays as it ended.
+    pub fn touched_by_instant(&self, ticks: usize) -> [u16; ROLLOUT_INSTANTS] {
+        let (mut samples, mut touched, mut taken) = (self.samples.iter(), 0, 0);
+        std::array::from_fn(|i| {
+            let until = (i + 1) * ticks / ROLLOUT_INSTANTS;
+            touched = samples.by_ref().take(until - taken).fold(touched, |bits, sample| bits | sample.contacts);
+            taken = until;
+            touched
+        })
+    }
 }
 
 /// The robot, read once, and the numbers of the world that it acts in.

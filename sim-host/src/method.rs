@@ -2,7 +2,7 @@
 
 use crate::mission::Reality;
 use anyhow::ensure;
-use clap::builder::PossibleValuesParser;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use tactus_common::message::ROLLOUT_INSTANTS;
 use tactus_common::method::Method;
@@ -21,17 +21,17 @@ pub struct MethodArgs {
     #[arg(long, value_enum, default_value_t = Sensors::Real)]
     pub sensors: Sensors,
     /// Error that the update minimises; all but `geometric` need `--sensors ideal`.
-    #[arg(long, value_name = "NAME", default_value = ErrorKind::Geometric.name(), value_parser = PossibleValuesParser::new(ErrorKind::ALL.map(ErrorKind::name)))]
-    pub error: String,
+    #[arg(long, value_name = "NAME", default_value = ErrorKind::Geometric.name(), value_parser = error_parser())]
+    pub error: ErrorKind,
     /// Optimiser that minimises it; an unknown one is refused with the list.
-    #[arg(long, value_name = "NAME", default_value = optimise::Method::LevenbergMarquardt.name())]
-    pub optimizer: String,
+    #[arg(long, value_name = "NAME", default_value = optimise::Method::LevenbergMarquardt.name(), value_parser = optimizer)]
+    pub optimizer: optimise::Method,
     /// What foretells the readings for the errors that compare contacts.
-    #[arg(long, value_name = "NAME", default_value = PredictorKind::Kinematic.name(), value_parser = PossibleValuesParser::new(PredictorKind::ALL.map(PredictorKind::name)))]
-    pub predictor: String,
+    #[arg(long, value_name = "NAME", default_value = PredictorKind::Kinematic.name(), value_parser = predictor_parser())]
+    pub predictor: PredictorKind,
     /// Where slopes come from; `analytic` = the error's own where it has one, two-sided differences where not.
-    #[arg(long, value_name = "NAME", default_value = Gradient::Analytic.name(), value_parser = PossibleValuesParser::new(Gradient::ALL.map(Gradient::name)))]
-    pub gradient: String,
+    #[arg(long, value_name = "NAME", default_value = Gradient::Analytic.name(), value_parser = gradient_parser())]
+    pub gradient: Gradient,
     /// Damping constant of the weighted errors, in instants.
     #[arg(long, value_name = "A", default_value_t = Method::DEFAULT.damping)]
     pub damping: f32,
@@ -47,6 +47,45 @@ pub struct MethodArgs {
     /// Most touches before giving up.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u8).range(1..=8))]
     pub max_trials: u8,
+}
+
+/// Parses the name of an error.
+pub fn error_parser() -> impl TypedValueParser<Value = ErrorKind> {
+    PossibleValuesParser::new(ErrorKind::ALL.map(ErrorKind::name))
+        .try_map(|name| ErrorKind::from_name(&name).ok_or("no such error"))
+}
+
+/// Parses the name of a predictor.
+pub fn predictor_parser() -> impl TypedValueParser<Value = PredictorKind> {
+    PossibleValuesParser::new(PredictorKind::ALL.map(PredictorKind::name))
+        .try_map(|name| PredictorKind::from_name(&name).ok_or("no such predictor"))
+}
+
+/// Parses the name of a gradient.
+pub fn gradient_parser() -> impl TypedValueParser<Value = Gradient> {
+    PossibleValuesParser::new(Gradient::ALL.map(Gradient::name))
+        .try_map(|name| Gradient::from_name(&name).ok_or("no such gradient"))
+}
+
+/// The optimiser of a name. They are many: only who asks for one that does not exist is told them all.
+///
+/// # Errors
+/// There is none; the message lists them.
+pub fn optimizer(name: &str) -> Result<optimise::Method, String> {
+    let known = || optimise::Method::ALL.map(optimise::Method::name).join(", ");
+    optimise::Method::from_name(name).ok_or_else(|| format!("no optimiser of that name; expected one of: {}", known()))
+}
+
+/// Refuses a damping constant that cannot be one.
+///
+/// # Errors
+/// One line that names it.
+pub fn check_damping(damping: f32) -> anyhow::Result<()> {
+    ensure!(
+        damping.is_finite() && damping > 0.0,
+        "--damping {damping}: expected a finite number of instants above zero"
+    );
+    Ok(())
 }
 
 /// Contact sensors of the hand.
@@ -91,31 +130,20 @@ impl MethodArgs {
     /// # Errors
     /// One line: an unknown optimiser, a number that makes no sense, an error without the sensors that it needs.
     pub fn options(&self) -> anyhow::Result<MethodOptions> {
-        let known = || optimise::Method::ALL.map(optimise::Method::name).join(", ");
+        check_damping(self.damping)?;
         ensure!(
-            optimise::Method::from_name(&self.optimizer).is_some(),
-            "--optimizer {}: no optimiser of that name; expected one of: {}",
-            self.optimizer,
-            known()
-        );
-        ensure!(
-            self.damping.is_finite() && self.damping > 0.0,
-            "--damping {}: expected a finite number of instants above zero",
-            self.damping
-        );
-        ensure!(
-            self.error == ErrorKind::Geometric.name() || self.sensors == Sensors::Ideal,
+            self.error == ErrorKind::Geometric || self.sensors == Sensors::Ideal,
             "--error {} --sensors {}: needs --sensors ideal (it compares the contacts of every link, which the real hand \
              does not feel)",
-            self.error,
+            self.error.name(),
             self.sensors.name()
         );
         let as_name = |text: &str| Name::new(text).ok_or_else(|| anyhow::anyhow!("{text}: not a name"));
         let method = Method {
-            error: as_name(&self.error)?,
-            optimizer: as_name(&self.optimizer)?,
-            predictor: as_name(&self.predictor)?,
-            gradient: as_name(&self.gradient)?,
+            error: as_name(self.error.name())?,
+            optimizer: as_name(self.optimizer.name())?,
+            predictor: as_name(self.predictor.name())?,
+            gradient: as_name(self.gradient.name())?,
             damping: self.damping,
             instants: self.instants,
             evaluations_max: self.evaluations,

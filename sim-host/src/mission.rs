@@ -9,11 +9,11 @@ use crate::world::{Mismatch, World};
 use nalgebra::{Isometry3, Matrix2, Vector2, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
+use std::time::Instant;
 use tactus_common::can::Mtu;
 use tactus_common::limits::TICK_US;
 use tactus_common::message::{DigestReport, Event, FailureReason, Outcome, SCHEMA_VERSION, Setup, Status};
-use tactus_common::pose::{Interval, PlanarPose, wrap};
-use tactus_common::shape::ObjectShape;
+use tactus_common::pose::{Interval, PlanarPose};
 use tactus_hil::choice::Pace;
 
 /// The outcome of a mission that did its job.
@@ -315,9 +315,10 @@ pub fn run_on(
     wire: &mut dyn Wire,
     show: &mut dyn FnMut(&Progressed),
 ) -> anyhow::Result<MissionReport> {
+    let started = Instant::now();
     let mut host = prepare(options, pace)?;
     let end = host.run(wire, show)?;
-    Ok(judge(options, &end, &host))
+    Ok(judge(options, &end, &host, started))
 }
 
 /// The world and the advisor of a mission that is about to begin.
@@ -329,10 +330,9 @@ pub fn prepare(options: &MissionOptions, pace: Pace) -> anyhow::Result<Host> {
     let mismatch = options.reality.mismatch(options.seed);
     let model = options.scenario.robot_model()?;
     let world = World::with_model(&model, &scene, &mismatch, options.seed)?;
-    let half_extents_m = options.scenario.object.size_m.map(|s| s / 2.0);
     let setup = Setup {
         schema_version: SCHEMA_VERSION.to_le_bytes(),
-        shape: ObjectShape::Cuboid { half_extents_m },
+        shape: options.scenario.shape(),
         guess: options.guess,
         interval: options.interval,
         displacement_m: options.scenario.displacement_m,
@@ -344,16 +344,14 @@ pub fn prepare(options: &MissionOptions, pace: Pace) -> anyhow::Result<Host> {
     Ok(if options.method.sensors == Sensors::Ideal { host.with_ideal_sensors() } else { host })
 }
 
-/// What a mission came to.
-pub fn judge(options: &MissionOptions, end: &HostEnd, host: &Host) -> MissionReport {
+/// What a mission came to that was prepared at `started`.
+pub fn judge(options: &MissionOptions, end: &HostEnd, host: &Host, started: Instant) -> MissionReport {
     let world = host.world();
     let symmetry_rad = host.shape().yaw_symmetry_rad();
     let pose = world.object_pose();
     let (_, final_tilt_rad) = yaw_and_tilt(&pose);
     let final_pose = planar(&pose);
     let goal = options.scenario.goal(&options.truth);
-    let distance = |a: &PlanarPose, b: &PlanarPose| libm::hypotf(a.x_m - b.x_m, a.y_m - b.y_m);
-    let yaw = |a: &PlanarPose, b: &PlanarPose| wrap(a.phi_rad - b.phi_rad, symmetry_rad).abs();
     MissionReport {
         outcome: end.outcome,
         lost: end.lost,
@@ -361,19 +359,19 @@ pub fn judge(options: &MissionOptions, end: &HostEnd, host: &Host) -> MissionRep
         digest: end.digest,
         believed: end.believed,
         covariance: end.covariance,
-        position_error_m: distance(&end.believed, &end.truth_then),
-        yaw_error_rad: yaw(&end.believed, &end.truth_then),
+        position_error_m: end.believed.distance_m(&end.truth_then),
+        yaw_error_rad: end.believed.turn_from_rad(&end.truth_then, symmetry_rad).abs(),
         outside_99_m: outside_99_m(&end.believed, &end.covariance, &end.truth_then),
         final_pose,
         final_z_m: pose.translation.z,
         final_tilt_rad,
-        goal_position_error_m: distance(&final_pose, &goal),
-        goal_yaw_error_rad: yaw(&final_pose, &goal),
+        goal_position_error_m: final_pose.distance_m(&goal),
+        goal_yaw_error_rad: final_pose.turn_from_rad(&goal, symmetry_rad).abs(),
         trials: end.trials,
         evaluations: end.evaluations,
         update_times_s: end.update_times_s.clone(),
         sim_time_s: f64::from(end.ticks) * f64::from(TICK_US) * 1e-6,
-        wall_time_s: host.wall_time_s(),
+        wall_time_s: started.elapsed().as_secs_f64(),
         answers: AnswerTimes::of(&end.answer_times_us),
         wire: end.wire,
         deadline_misses: end.deadline_misses,

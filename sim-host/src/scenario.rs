@@ -3,16 +3,17 @@
 use crate::world::Scene;
 use crate::world::model::RobotModel;
 use anyhow::Context;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::source;
+use tactus_common::shape::ObjectShape;
 
 /// The built-in scene: the thesis's box (Nikandrova 2011) on its table.
 const THESIS_BOX: &str = include_str!("../scenarios/thesis_box.toml");
 
 /// A scene, checked.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
     /// Name, for reports.
@@ -29,7 +30,7 @@ pub struct Scenario {
 }
 
 /// A rectangular table.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
     /// Extent along x, y and downwards, metres.
@@ -39,7 +40,7 @@ pub struct Table {
 }
 
 /// A box.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Object {
     /// Extent along its x, y and z, metres.
@@ -102,9 +103,14 @@ impl Scenario {
         PlanarPose::from_array(self.object.true_pose)
     }
 
+    /// The object's shape.
+    pub fn shape(&self) -> ObjectShape {
+        ObjectShape::Cuboid { half_extents_m: self.object.size_m.map(|s| s / 2.0) }
+    }
+
     /// The height of the object's frame (its centroid) while it stands, metres.
     pub fn rest_height_m(&self) -> f32 {
-        self.object.size_m[2] / 2.0
+        self.shape().rest_height_m()
     }
 
     /// The true pose displaced to the goal.
@@ -116,7 +122,7 @@ impl Scenario {
     pub fn world_scene(&self, truth: &PlanarPose) -> Scene {
         Scene {
             table_half_m: [self.table.size_m[0] / 2.0, self.table.size_m[1] / 2.0],
-            half_extents_m: self.object.size_m.map(|s| s / 2.0),
+            half_extents_m: self.shape().half_extents_m(),
             mass_kg: self.object.mass_kg,
             table_friction: self.table.friction,
             pad_friction: self.object.friction,

@@ -23,8 +23,6 @@ pub const NOISE_M: f32 = 0.3e-3;
 /// Way of a fingertip for a turn of its inner link, metres per radian: from the joint to the middle of the pad, the tip
 /// bent by a third.
 const LEVER_M: f32 = 0.1;
-/// Scale of the robust loss, standard deviations: that of the exploring searches of an update, which pull from afar.
-const LOSS_SCALE: f32 = 30.0;
 /// Seed of the first problem.
 const SEED: u64 = 2011;
 
@@ -45,10 +43,9 @@ impl Problem {
         GeometricConfig { contact_depth_m: 0.0, ..GeometricConfig::default() }
     }
 
-    /// What all optimisers minimise.
+    /// What all optimisers minimise: the loss of an update's exploring searches, which pulls from afar.
     pub fn error(&self) -> Geometric<'_> {
-        let config = GeometricConfig { loss_scale: LOSS_SCALE, ..Self::config() };
-        Geometric::new(&self.evidence, &self.prior.shape, &config)
+        Geometric::new(&self.evidence, &self.prior.shape, &Self::config().wide())
     }
 
     /// Distance of `pose` from the truth in the plane, metres.

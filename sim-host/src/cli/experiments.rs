@@ -2,12 +2,15 @@
 
 use super::{CommonArgs, is_quiet, scenario, triple, with_dof};
 use crate::experiment::compare::{self, CompareOptions};
-use crate::experiment::converge::{self, ConvergeOptions};
-use crate::experiment::grid::{Axis, Grid};
-use crate::experiment::method::{self, Formulation, Method};
+use crate::experiment::conduct::Conditions;
+use crate::experiment::converge;
+use crate::experiment::grid::{Axis, Grid, GridOptions};
+use crate::experiment::method::{Formulation, Method};
 use crate::experiment::record::Record;
 use crate::experiment::surface;
+use crate::method::{check_damping, error_parser, gradient_parser, optimizer, predictor_parser};
 use crate::mission::Reality;
+use crate::scenario::Scenario;
 use clap::Args;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -53,17 +56,17 @@ struct GridArgs {
     #[arg(long, value_name = "MIN,MAX,STEP", default_value = "-0.7,0.7,0.35", allow_hyphen_values = true)]
     phi: Axis,
     /// Error function: contact, weighted, modified (the published ones) or geometric.
-    #[arg(long, value_name = "NAME", default_value = "geometric", value_parser = method::error)]
+    #[arg(long, value_name = "NAME", default_value = "geometric", value_parser = error_parser())]
     error: ErrorKind,
     /// What foretells the readings of fixed touches for the published errors: kinematic or simulation (replan always
     /// simulates).
-    #[arg(long, value_name = "NAME", default_value = "kinematic", value_parser = method::predictor)]
+    #[arg(long, value_name = "NAME", default_value = "kinematic", value_parser = predictor_parser())]
     predictor: PredictorKind,
     /// What is repeated at each pose [default: replan for the published errors, fixed for the geometric one].
     #[arg(long, value_enum)]
     formulation: Option<Formulation>,
     /// The constant `a` that damps later differences, in instants (errors weighted and modified).
-    #[arg(long, value_name = "A", default_value_t = 4.0, value_parser = positive)]
+    #[arg(long, value_name = "A", default_value_t = 4.0)]
     damping: f32,
     /// Instants at which contacts are compared (errors contact, weighted and modified).
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u8).range(1..=ROLLOUT_INSTANTS as i64))]
@@ -90,10 +93,10 @@ pub(super) struct ConvergeArgs {
     #[command(flatten)]
     grid: GridArgs,
     /// Optimiser [default: levenberg-marquardt for the geometric error, steepest-descent-golden for the others].
-    #[arg(long, value_name = "NAME", value_parser = method::optimizer)]
+    #[arg(long, value_name = "NAME", value_parser = optimizer)]
     optimizer: Option<Optimiser>,
     /// Where slopes come from: one-sided, two-sided, or analytic where the error has one, two-sided where not.
-    #[arg(long, value_name = "NAME", default_value = "analytic", value_parser = method::gradient)]
+    #[arg(long, value_name = "NAME", default_value = "analytic", value_parser = gradient_parser())]
     gradient: Gradient,
     /// Most evaluations of one search [default: as many as the method takes; 200 for the published errors].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
@@ -117,10 +120,10 @@ pub(super) struct CompareArgs {
     dof: Vec<u8>,
     /// Errors, with commas between them.
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_value = "geometric,modified,weighted,contact",
-          value_parser = method::error)]
+          value_parser = error_parser())]
     error: Vec<ErrorKind>,
     /// What foretells the readings for the published errors: kinematic or simulation.
-    #[arg(long, value_name = "NAME", default_value = "kinematic", value_parser = method::predictor)]
+    #[arg(long, value_name = "NAME", default_value = "kinematic", value_parser = predictor_parser())]
     predictor: PredictorKind,
     /// Budgets of evaluations, with commas between them.
     #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "30,100,300",
@@ -131,15 +134,9 @@ pub(super) struct CompareArgs {
     max_trials: u8,
 }
 
-fn positive(text: &str) -> Result<f32, String> {
-    match text.parse::<f32>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("expected a number above zero".to_owned()),
-    }
-}
-
 /// The options of a grid and a method.
-fn options(experiment: &ExperimentArgs, args: &GridArgs, search: UpdateConfig) -> anyhow::Result<ConvergeOptions> {
+fn options(experiment: &ExperimentArgs, args: &GridArgs, search: UpdateConfig) -> anyhow::Result<GridOptions> {
+    check_damping(args.damping)?;
     let scenario = scenario(&experiment.common)?;
     let truth = scenario.true_pose();
     let grid = Grid {
@@ -154,25 +151,30 @@ fn options(experiment: &ExperimentArgs, args: &GridArgs, search: UpdateConfig) -
         Some(_) => Formulation::Replan,
         None => Formulation::Fixed,
     });
-    Ok(ConvergeOptions {
-        scenario,
+    let config = UpdateConfig {
+        error: args.error,
+        predictor: args.predictor,
+        damping: args.damping,
+        instants: args.instants,
+        ..search
+    };
+    Ok(GridOptions {
+        conditions: conditions(experiment, scenario, args.max_trials),
         grid,
-        method: Method {
-            formulation,
-            config: UpdateConfig {
-                error: args.error,
-                predictor: args.predictor,
-                damping: args.damping,
-                instants: args.instants,
-                ..search
-            },
-        },
+        method: Method { formulation, config },
+    })
+}
+
+/// The conditions of an experiment in a scene.
+fn conditions(experiment: &ExperimentArgs, scenario: Scenario, trials_max: u8) -> Conditions {
+    Conditions {
+        scenario,
         reality: experiment.reality,
         seed: experiment.common.seed,
-        trials_max: args.max_trials,
+        trials_max,
         jobs: experiment.jobs.map_or(0, usize::from),
         quiet: is_quiet(&experiment.common),
-    })
+    }
 }
 
 /// Prints and writes what came of an experiment.
@@ -216,18 +218,13 @@ pub(super) fn converge(args: &ConvergeArgs, line: &str) -> anyhow::Result<u8> {
 
 pub(super) fn compare(args: &CompareArgs, line: &str) -> anyhow::Result<u8> {
     let options = CompareOptions {
-        scenario: scenario(&args.experiment.common)?,
-        seed: args.experiment.common.seed,
+        conditions: conditions(&args.experiment, scenario(&args.experiment.common)?, args.max_trials),
         count: args.count,
         offset: with_dof(args.offset, 3)?,
         dofs: args.dof.clone(),
         predictor: args.predictor,
         errors: args.error.clone(),
         budgets: args.budget.clone(),
-        reality: args.experiment.reality,
-        trials_max: args.max_trials,
-        jobs: args.experiment.jobs.map_or(0, usize::from),
-        quiet: is_quiet(&args.experiment.common),
     };
     let (statistics, record) = compare::run(&options, args.experiment.csv.as_deref())?;
     report(&args.experiment, &statistics, record, line)

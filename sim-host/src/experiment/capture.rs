@@ -57,8 +57,6 @@ pub struct Captured {
     pub report: MissionReport,
     /// Its updates, first to last.
     pub updates: Vec<CapturedUpdate>,
-    /// Wall time, seconds.
-    pub wall_time_s: f64,
 }
 
 impl Captured {
@@ -120,8 +118,8 @@ pub fn carry_out(options: &MissionOptions, task: Task) -> anyhow::Result<Capture
         }
     }
     let end = host.finish(&mut wire);
-    let report = mission::judge(options, &end, &host);
-    Ok(Captured { report, updates, wall_time_s: started.elapsed().as_secs_f64() })
+    let report = mission::judge(options, &end, &host, started);
+    Ok(Captured { report, updates })
 }
 
 /// An update made once more, outside the mission.

@@ -4,21 +4,19 @@
 //! the truth lies anywhere in the interval. Its evidence is felt once, in the simulated reality.
 
 use super::capture::{Task, carry_out};
-use super::jobs::{self, Work};
+use super::conduct::{Conditions, Experiment};
 use super::method::Formulation;
 use super::observability::Observed;
-use super::record::{Record, quantile, write_csv};
+use super::record::{Record, quantile};
 use super::trials::truth_of;
 use crate::mental::MentalModel;
 use crate::method::MethodOptions;
-use crate::mission::{MissionOptions, Reality, guess_around};
-use crate::scenario::Scenario;
+use crate::mission::guess_around;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::fmt;
 use std::path::Path;
-use std::time::Instant;
-use tactus_common::pose::{Interval, wrap};
+use tactus_common::pose::Interval;
 use tactus_controller::error::ErrorKind;
 use tactus_controller::optimise::Method as Optimiser;
 use tactus_controller::predict::PredictorKind;
@@ -27,10 +25,8 @@ use tactus_controller::update::UpdateConfig;
 /// What to compare.
 #[derive(Clone, Debug)]
 pub struct CompareOptions {
-    /// The scene.
-    pub scenario: Scenario,
-    /// Seed of the first problem; problem i uses `seed + i`.
-    pub seed: u64,
+    /// The conditions of the problems.
+    pub conditions: Conditions,
     /// Problems for each number of unknown components.
     pub count: u32,
     /// Half widths of the guess's error, all three components.
@@ -43,14 +39,6 @@ pub struct CompareOptions {
     pub errors: Vec<ErrorKind>,
     /// Most evaluations.
     pub budgets: Vec<u16>,
-    /// How reality differs from the model.
-    pub reality: Reality,
-    /// Most touches of a problem.
-    pub trials_max: u8,
-    /// Threads; 0 = one per processor.
-    pub jobs: usize,
-    /// No progress line.
-    pub quiet: bool,
 }
 
 /// A method's line for one problem.
@@ -189,50 +177,32 @@ fn methods(options: &CompareOptions) -> Vec<(ErrorKind, Optimiser, u16)> {
 /// # Errors
 /// A file cannot be written, or the scene cannot be simulated.
 pub fn run(options: &CompareOptions, csv: Option<&Path>) -> anyhow::Result<(Statistics, Record)> {
-    let started = Instant::now();
     let settings = json!({
         "errors": options.errors.iter().map(|e| e.name()).collect::<Vec<_>>(),
         "formulation": Formulation::Fixed.name(), "predictor": options.predictor.name(),
-        "budgets": options.budgets, "dofs": options.dofs, "count": options.count, "seed": options.seed,
-        "noise": options.reality == Reality::Mismatched, "trials_max": options.trials_max,
+        "budgets": options.budgets, "dofs": options.dofs, "count": options.count,
         "offset": options.offset.to_array(),
     });
-    let identity = json!({ "experiment": "compare", "settings": settings, "scene": options.scenario.name });
-    let work =
-        Work { unit: "problems", threads: options.jobs, quiet: options.quiet, settings: &identity, results: csv };
+    let experiment = Experiment::new("compare", &options.conditions, settings, None, csv);
     let mental = MentalModel::new()?;
     let per_dof = options.count as usize;
-    let rows: Vec<Vec<Row>> = jobs::run(&work, per_dof * options.dofs.len(), |i| {
-        solve(options, (i % per_dof) as u32, options.dofs[i / per_dof], &mental)
+    let rows: Vec<Vec<Row>> = experiment.carry_out("problems", per_dof * options.dofs.len(), |i| {
+        solve(options, i % per_dof, options.dofs[i / per_dof], &mental)
     })?;
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
-    if let Some(csv) = csv {
-        write_csv(csv, &rows)?;
-        jobs::forget(csv)?;
-    }
+    experiment.keep(&rows)?;
     let statistics = Statistics::of(options, &rows);
     let title = format!("Comparison: {} problems for each number of unknown components", options.count);
-    let record = Record::new("compare", title, settings, started.elapsed().as_secs_f64()).with_statistics(&statistics);
+    let record = experiment.record(title).with_statistics(&statistics);
     Ok((statistics, record))
 }
 
-fn solve(options: &CompareOptions, problem: u32, dof: u8, mental: &MentalModel) -> anyhow::Result<Vec<Row>> {
-    let seed = options.seed.wrapping_add(u64::from(problem));
-    let [x_m, y_m, phi_rad] = options.offset.to_array();
-    let interval =
-        Interval { x_m, y_m: if dof >= 2 { y_m } else { 0.0 }, phi_rad: if dof >= 3 { phi_rad } else { 0.0 } };
+fn solve(options: &CompareOptions, problem: usize, dof: u8, mental: &MentalModel) -> anyhow::Result<Vec<Row>> {
+    let seed = options.conditions.seed(problem);
+    let interval = options.offset.of_first(dof);
     let truth = truth_of(seed);
     let guess = guess_around(&truth, &interval, seed);
-    let mission = MissionOptions {
-        scenario: options.scenario.clone(),
-        seed,
-        truth,
-        guess,
-        interval,
-        trials_max: options.trials_max,
-        reality: options.reality,
-        method: MethodOptions::with_ideal_sensors(),
-    };
+    let mission = options.conditions.mission(problem, truth, guess, interval, MethodOptions::with_ideal_sensors());
     let captured = carry_out(&mission, Task::Locate)?;
     // A mission that touched nothing has no evidence to compare methods on.
     let Some(last) = captured.last() else { return Ok(Vec::new()) };
@@ -252,13 +222,13 @@ fn solve(options: &CompareOptions, problem: u32, dof: u8, mental: &MentalModel) 
         let found = last.afresh(&config, mental);
         let pose = found.belief.pose();
         Row {
-            problem,
+            problem: problem as u32,
             dof,
             error: error.name().to_owned(),
             optimizer: optimiser.name().to_owned(),
             budget: evaluations_max,
-            location_error_m: libm::hypotf(pose.x_m - last.truth.x_m, pose.y_m - last.truth.y_m),
-            yaw_error_rad: wrap(pose.phi_rad - last.truth.phi_rad, last.prior.shape.yaw_symmetry_rad()).abs(),
+            location_error_m: pose.distance_m(&last.truth),
+            yaw_error_rad: pose.turn_from_rad(&last.truth, last.prior.shape.yaw_symmetry_rad()).abs(),
             final_error: found.stats.error.is_finite().then_some(found.stats.error),
             evaluations: u32::from(found.stats.evaluations),
             time_s: found.time.as_secs_f64(),

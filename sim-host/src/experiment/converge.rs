@@ -1,23 +1,21 @@
 //! Regions of convergence: from each start of a grid, does the search find the object? (Nikandrova 2011, fig. 26.)
 
-use super::capture::{Captured, Task, carry_out};
-use super::grid::Grid;
-use super::jobs::{self, Work};
-use super::method::{Formulation, Method};
-use super::record::{Record, quantile, write_csv};
+use super::capture::{Captured, CapturedUpdate, Task, carry_out};
+use super::conduct::Experiment;
+use super::grid::GridOptions;
+use super::method::Formulation;
+use super::record::{Record, quantile};
 use super::replan::Replan;
 use super::search::search;
 use crate::mental::MentalModel;
 use crate::method::MethodOptions;
-use crate::mission::{MissionOptions, Reality};
-use crate::scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::cell::Cell;
 use std::fmt;
 use std::path::Path;
-use std::time::{Duration, Instant};
-use tactus_common::pose::{PlanarPose, wrap};
+use std::time::Duration;
+use tactus_common::pose::PlanarPose;
 use tactus_common::shape::ObjectShape;
 use tactus_controller::belief::Belief;
 use tactus_controller::error::Evaluation;
@@ -27,27 +25,6 @@ use tactus_controller::optimise::Bounds;
 const CHI_SQUARED_MAX: f32 = 2.0;
 /// Distance at which a turn counts as a shift where directions are compared, metres per radian.
 const LEVER_M: f32 = 0.1;
-
-/// What to find out.
-#[derive(Clone, Debug)]
-pub struct ConvergeOptions {
-    /// The scene; the object stands where it says.
-    pub scenario: Scenario,
-    /// The starts.
-    pub grid: Grid,
-    /// The method.
-    pub method: Method,
-    /// How reality differs from the model.
-    pub reality: Reality,
-    /// Seed of noise and mismatch; start i of the fixed formulation uses `seed + i`.
-    pub seed: u64,
-    /// Most touches from one start.
-    pub trials_max: u8,
-    /// Threads; 0 = one per processor.
-    pub jobs: usize,
-    /// No progress line.
-    pub quiet: bool,
-}
 
 /// What became of a start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -59,6 +36,20 @@ pub enum Class {
     Direction,
     /// Not even that.
     Failed,
+}
+
+impl Class {
+    /// All, best first.
+    pub const ALL: [Self; 3] = [Self::Converged, Self::Direction, Self::Failed];
+
+    /// The name in tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::Direction => "direction",
+            Self::Failed => "failed",
+        }
+    }
 }
 
 /// A start's line in the CSV.
@@ -154,82 +145,47 @@ impl fmt::Display for Statistics {
 ///
 /// # Errors
 /// A file cannot be written, or the scene cannot be simulated.
-pub fn run(options: &ConvergeOptions, csv: Option<&Path>) -> anyhow::Result<(Statistics, Record)> {
-    let started = Instant::now();
-    let truth = options.scenario.true_pose();
+pub fn run(options: &GridOptions, csv: Option<&Path>) -> anyhow::Result<(Statistics, Record)> {
     let mut settings = options.method.settings();
-    settings["noise"] = json!(options.reality == Reality::Mismatched);
-    settings["seed"] = json!(options.seed);
-    settings["dof"] = json!(dof(options));
-    settings["trials_max"] = json!(options.trials_max);
-    let identity = json!({
-        "experiment": "converge", "settings": settings, "grid": options.grid, "truth": truth.to_array(),
-        "scene": options.scenario.name,
-    });
-    let work = Work { unit: "starts", threads: options.jobs, quiet: options.quiet, settings: &identity, results: csv };
+    settings["dof"] = json!(options.interval().dof());
+    let experiment = Experiment::new("converge", &options.conditions, settings, Some(&options.grid), csv);
+    let count = options.grid.count();
     let outcomes = match options.method.formulation {
         Formulation::Replan => {
-            let replan = replan(options)?;
-            jobs::run(&work, options.grid.count(), |i| Ok(search_replan(options, &replan, &options.grid.pose(i))))?
+            let replan = options.replan()?;
+            experiment.carry_out("starts", count, |i| Ok(search_replan(options, &replan, &options.grid.pose(i))))?
         }
         Formulation::Fixed => {
             let mental = MentalModel::new()?;
-            jobs::run(&work, options.grid.count(), |i| search_fixed(options, i, &mental))?
+            experiment.carry_out("starts", count, |i| search_fixed(options, i, &mental))?
         }
     };
-    if let Some(csv) = csv {
-        write_csv(csv, outcomes.iter().map(|o| &o.row))?;
-        jobs::forget(csv)?;
-    }
+    experiment.keep(outcomes.iter().map(|o| &o.row))?;
     let statistics = Statistics::of(&outcomes);
     let title = format!(
         "Regions of convergence: {} error, {}, {}, {} unknown, {} reality",
         options.method.config.error.name(),
         options.method.config.optimiser.name(),
         options.method.formulation.name(),
-        dof(options),
-        options.reality.name()
+        options.interval().dof(),
+        options.conditions.reality.name()
     );
-    let record = Record::new("converge", title, settings, started.elapsed().as_secs_f64())
-        .with("truth", json!({ "x": truth.x_m, "y": truth.y_m, "phi": truth.phi_rad }))
-        .with("grid", options.grid)
-        .with_statistics(&statistics);
+    let record = experiment.record(title).with_statistics(&statistics);
     Ok((statistics, record))
 }
 
-/// Components that are searched.
-fn dof(options: &ConvergeOptions) -> usize {
-    options.grid.interval(&options.scenario.true_pose()).to_array().iter().filter(|w| **w > 0.0).count()
-}
-
-fn shape(scenario: &Scenario) -> ObjectShape {
-    ObjectShape::Cuboid { half_extents_m: scenario.object.size_m.map(|s| s / 2.0) }
-}
-
-/// The two worlds of the published formulation.
-///
-/// # Errors
-/// The error is none of the published ones.
-pub fn replan(options: &ConvergeOptions) -> anyhow::Result<Replan> {
-    let method = &options.method;
-    let published = method.config.published().ok_or_else(|| {
-        anyhow::anyhow!("--formulation replan --error geometric: needs no trial per evaluation; expected: fixed")
-    })?;
-    let truth = options.scenario.true_pose();
-    Replan::new(shape(&options.scenario), truth, options.reality, options.seed, published)
-}
-
-fn search_replan(options: &ConvergeOptions, replan: &Replan, start: &PlanarPose) -> Outcome {
-    let truth = options.scenario.true_pose();
-    let bounds = Bounds::new(start, &options.grid.interval(&truth));
+fn search_replan(options: &GridOptions, replan: &Replan, start: &PlanarPose) -> Outcome {
+    let truth = options.truth();
+    let bounds = Bounds::new(start, &options.interval());
     let (trial, trials) = (Cell::new(Duration::ZERO), Cell::new(0));
-    let found = search(options.method.config.optimiser, start, &bounds, &options.method.search_options(), |pose| {
-        let replanned = replan.evaluate(pose);
-        trial.set(trial.get() + replanned.trial);
-        trials.set(trials.get() + u32::from(!replanned.trial.is_zero()));
-        // A pose without an error is no end of a search; why it has none is shown by the surface.
-        Evaluation { error: replanned.error.unwrap_or(f32::INFINITY), slope: None }
-    });
+    let found =
+        search(options.method.config.optimiser, start, &bounds, &options.method.config.search_options(1), |pose| {
+            let replanned = replan.evaluate(pose);
+            trial.set(trial.get() + replanned.trial);
+            trials.set(trials.get() + u32::from(!replanned.trial.is_zero()));
+            // A pose without an error is no end of a search; why it has none is shown by the surface.
+            Evaluation { error: replanned.error.unwrap_or(f32::INFINITY), slope: None }
+        });
     let evidence_s = trial.get().as_secs_f64();
     let converged = found.error < options.method.config.goal_error;
     let row = Row {
@@ -237,40 +193,38 @@ fn search_replan(options: &ConvergeOptions, replan: &Replan, start: &PlanarPose)
         evaluations: found.evaluations,
         time_s: found.time_s - evidence_s,
         stop_reason: found.reason.name().to_owned(),
-        ..row(start, &found.pose, &truth, &shape(&options.scenario), converged)
+        ..row(start, &found.pose, &truth, &options.conditions.scenario.shape(), converged)
     };
     Outcome { row, evidence_s, trials: trials.get() }
 }
 
-fn search_fixed(options: &ConvergeOptions, index: usize, mental: &MentalModel) -> anyhow::Result<Outcome> {
+fn search_fixed(options: &GridOptions, index: usize, mental: &MentalModel) -> anyhow::Result<Outcome> {
     let start = options.grid.pose(index);
-    let truth = options.scenario.true_pose();
-    let mission = MissionOptions {
-        scenario: options.scenario.clone(),
-        seed: options.seed.wrapping_add(index as u64),
-        truth,
-        guess: start,
-        interval: options.grid.interval(&truth),
-        trials_max: options.trials_max,
-        reality: options.reality,
-        method: MethodOptions::with_ideal_sensors(),
-    };
+    let truth = options.truth();
+    let method = MethodOptions::with_ideal_sensors();
+    let mission = options.conditions.mission(index, truth, start, options.interval(), method);
     let captured = carry_out(&mission, Task::Locate)?;
     Ok(match captured.last() {
-        None => untouched(&start, &captured, &shape(&options.scenario), &truth),
-        Some(_) if options.method.is_default() => by_default(options, &start, &captured, mental),
-        Some(_) => by_another(options, &start, &captured, mental),
+        None => untouched(&start, &captured, &options.conditions.scenario.shape(), &truth),
+        Some(last) if options.method.config.is_ours() => by_default(options, &start, &captured, last, mental),
+        Some(last) => by_another(options, &start, &captured, last, mental),
     })
 }
 
 /// Nothing was felt from there: the belief is the guess.
 fn untouched(start: &PlanarPose, captured: &Captured, shape: &ObjectShape, truth: &PlanarPose) -> Outcome {
     let row = Row { stop_reason: captured.report.outcome_text(), ..row(start, start, truth, shape, false) };
-    Outcome { row, evidence_s: captured.wall_time_s, trials: captured.report.trials }
+    Outcome { row, evidence_s: captured.report.wall_time_s, trials: captured.report.trials }
 }
 
 /// The controller's own updates, one after each touch, as in the mission.
-fn by_default(options: &ConvergeOptions, start: &PlanarPose, captured: &Captured, mental: &MentalModel) -> Outcome {
+fn by_default(
+    options: &GridOptions,
+    start: &PlanarPose,
+    captured: &Captured,
+    last: &CapturedUpdate,
+    mental: &MentalModel,
+) -> Outcome {
     let (mut time, mut evaluations, mut belief) = (Duration::ZERO, 0, Belief::default());
     for update in &captured.updates {
         let again = update.repeat(&options.method.config, mental);
@@ -278,7 +232,6 @@ fn by_default(options: &ConvergeOptions, start: &PlanarPose, captured: &Captured
         evaluations += u32::from(again.stats.evaluations);
         belief = again.belief;
     }
-    let last = &captured.updates[captured.updates.len() - 1];
     let (residuals, chi_squared) = (belief.residuals(), belief.reduced_chi_squared());
     let stop_reason = if last.confident { "confident".to_owned() } else { captured.report.outcome_text() };
     let converged = residuals.contacts > 0 && chi_squared <= CHI_SQUARED_MAX;
@@ -289,12 +242,17 @@ fn by_default(options: &ConvergeOptions, start: &PlanarPose, captured: &Captured
         stop_reason,
         ..row(start, &belief.pose(), &last.truth, &last.prior.shape, converged)
     };
-    Outcome { row, evidence_s: captured.wall_time_s, trials: last.touches }
+    Outcome { row, evidence_s: captured.report.wall_time_s, trials: last.touches }
 }
 
 /// Another method, on all evidence of the mission at once.
-fn by_another(options: &ConvergeOptions, start: &PlanarPose, captured: &Captured, mental: &MentalModel) -> Outcome {
-    let last = &captured.updates[captured.updates.len() - 1];
+fn by_another(
+    options: &GridOptions,
+    start: &PlanarPose,
+    captured: &Captured,
+    last: &CapturedUpdate,
+    mental: &MentalModel,
+) -> Outcome {
     let found = last.afresh(&options.method.config, mental);
     let (final_error, limit) = match options.method.config.published() {
         Some(_) => (found.stats.error / last.felt.len().max(1) as f32, options.method.config.goal_error),
@@ -307,27 +265,28 @@ fn by_another(options: &ConvergeOptions, start: &PlanarPose, captured: &Captured
         stop_reason: found.stats.stop.map_or_else(String::new, |reason| reason.name().to_owned()),
         ..row(start, &found.belief.pose(), &last.truth, &last.prior.shape, final_error < limit)
     };
-    Outcome { row, evidence_s: captured.wall_time_s, trials: last.touches }
+    Outcome { row, evidence_s: captured.report.wall_time_s, trials: last.touches }
 }
 
 /// A row of a search that ended at `end`; what it cost is left open.
 fn row(start: &PlanarPose, end: &PlanarPose, truth: &PlanarPose, shape: &ObjectShape, converged: bool) -> Row {
     let symmetry_rad = shape.yaw_symmetry_rad();
-    let (s, e, t) = (start.to_array(), end.to_array(), truth.to_array());
-    let turn = |a: f32, b: f32| LEVER_M * wrap(a - b, symmetry_rad);
-    let towards = (e[0] - s[0]) * (t[0] - s[0]) + (e[1] - s[1]) * (t[1] - s[1]) + turn(e[2], s[2]) * turn(t[2], s[2]);
+    let from_start = |pose: &PlanarPose| {
+        [pose.x_m - start.x_m, pose.y_m - start.y_m, LEVER_M * pose.turn_from_rad(start, symmetry_rad)]
+    };
+    let towards: f32 = from_start(end).iter().zip(from_start(truth)).map(|(a, b)| a * b).sum();
     Row {
-        x: s[0],
-        y: s[1],
-        phi: s[2],
+        x: start.x_m,
+        y: start.y_m,
+        phi: start.phi_rad,
         class: match (converged, towards > 0.0) {
             (true, _) => Class::Converged,
             (false, true) => Class::Direction,
             (false, false) => Class::Failed,
         },
         final_error: None,
-        location_error_m: libm::hypotf(e[0] - t[0], e[1] - t[1]),
-        yaw_error_rad: wrap(e[2] - t[2], symmetry_rad).abs(),
+        location_error_m: end.distance_m(truth),
+        yaw_error_rad: end.turn_from_rad(truth, symmetry_rad).abs(),
         evaluations: 0,
         time_s: 0.0,
         stop_reason: String::new(),

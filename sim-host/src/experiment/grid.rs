@@ -1,5 +1,8 @@
 //! Grids of poses: those of the published experiments, or any other.
 
+use super::conduct::Conditions;
+use super::method::Method;
+use super::replan::Replan;
 use serde::{Serialize, Serializer};
 use std::str::FromStr;
 use tactus_common::pose::{Interval, PlanarPose};
@@ -100,6 +103,41 @@ impl Grid {
             y_m: half(&self.y, truth.y_m),
             phi_rad: half(&self.phi, truth.phi_rad),
         }
+    }
+}
+
+/// A method, and the poses of which something is to be found out.
+#[derive(Clone, Debug)]
+pub struct GridOptions {
+    /// The conditions; the object stands where the scene says.
+    pub conditions: Conditions,
+    /// The starts, or the poses of a surface.
+    pub grid: Grid,
+    /// The method.
+    pub method: Method,
+}
+
+impl GridOptions {
+    /// Where the object truly stands.
+    pub fn truth(&self) -> PlanarPose {
+        self.conditions.scenario.true_pose()
+    }
+
+    /// Half widths about any start that hold the truth.
+    pub fn interval(&self) -> Interval {
+        self.grid.interval(&self.truth())
+    }
+
+    /// The two worlds of the published formulation.
+    ///
+    /// # Errors
+    /// The error is none of the published ones.
+    pub fn replan(&self) -> anyhow::Result<Replan> {
+        let published = self.method.config.published().ok_or_else(|| {
+            anyhow::anyhow!("--formulation replan --error geometric: needs no trial per evaluation; expected: fixed")
+        })?;
+        let Conditions { scenario, reality, seed, .. } = &self.conditions;
+        Replan::new(scenario.shape(), self.truth(), *reality, *seed, published)
     }
 }
 

@@ -7,8 +7,8 @@ use clap::ValueEnum;
 use serde_json::{Value, json};
 use tactus_common::pose::PlanarPose;
 use tactus_controller::error::published::Published;
-use tactus_controller::error::{ErrorFunction, ErrorKind, Geometric};
-use tactus_controller::optimise::{Gradient, Method as Optimiser, SearchOptions};
+use tactus_controller::error::{ErrorFunction, Geometric};
+use tactus_controller::felt_touch::FeltTouch;
 use tactus_controller::predict::PredictorKind;
 use tactus_controller::update::UpdateConfig;
 
@@ -42,11 +42,6 @@ pub struct Method {
 }
 
 impl Method {
-    /// The controller's own update.
-    pub fn is_default(&self) -> bool {
-        self.config.is_ours()
-    }
-
     /// All that its results depend on.
     pub fn settings(&self) -> Value {
         let config = &self.config;
@@ -71,20 +66,6 @@ impl Method {
         settings
     }
 
-    /// The options of a search of the published formulation.
-    pub fn search_options(&self) -> SearchOptions {
-        let defaults = SearchOptions::default();
-        SearchOptions {
-            evaluations_max: match self.config.evaluations_max {
-                0 => defaults.evaluations_max,
-                most => most,
-            },
-            goal_error: self.config.goal_error,
-            gradient: self.config.gradient,
-            ..defaults
-        }
-    }
-
     /// The error of poses, given the evidence before an update.
     pub fn fixed_error<'a>(
         &self,
@@ -102,7 +83,7 @@ impl Method {
                 Box::new(move |pose| kinematic.evaluate(pose).error)
             }
             PredictorKind::Simulation => Box::new(move |pose| {
-                let foretold = |touch: &tactus_controller::felt_touch::FeltTouch| {
+                let foretold = |touch: &FeltTouch| {
                     let result = roll_out(mental, &shape, &touch.question(pose), 0);
                     published.between(&touch.rolled_out(&result), &touch.felt)
                 };
@@ -110,40 +91,4 @@ impl Method {
             }),
         }
     }
-}
-
-/// The error of a name.
-///
-/// # Errors
-/// There is none; the message lists them.
-pub fn error(name: &str) -> Result<ErrorKind, String> {
-    ErrorKind::from_name(name).ok_or_else(|| expected(ErrorKind::ALL.map(ErrorKind::name)))
-}
-
-/// The predictor of a name.
-///
-/// # Errors
-/// There is none; the message lists them.
-pub fn predictor(name: &str) -> Result<PredictorKind, String> {
-    PredictorKind::from_name(name).ok_or_else(|| expected(PredictorKind::ALL.map(PredictorKind::name)))
-}
-
-/// The gradient of a name.
-///
-/// # Errors
-/// There is none; the message lists them.
-pub fn gradient(name: &str) -> Result<Gradient, String> {
-    Gradient::from_name(name).ok_or_else(|| expected(Gradient::ALL.map(Gradient::name)))
-}
-
-/// The optimiser of a name.
-///
-/// # Errors
-/// There is none; the message lists them.
-pub fn optimizer(name: &str) -> Result<Optimiser, String> {
-    Optimiser::from_name(name).ok_or_else(|| expected(Optimiser::ALL.map(Optimiser::name)))
-}
-
-fn expected<const N: usize>(names: [&str; N]) -> String {
-    format!("expected one of {}", names.join(", "))
 }

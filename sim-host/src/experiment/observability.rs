@@ -6,7 +6,7 @@
 //! The widths along the components are exact then, also where the set falls into several parts.
 
 use serde::{Deserialize, Serialize};
-use tactus_common::pose::{Interval, PlanarPose, wrap};
+use tactus_common::pose::{Interval, PlanarPose};
 use tactus_controller::belief::Prior;
 use tactus_controller::error::{ErrorFunction, Geometric, GeometricConfig};
 use tactus_controller::evidence::EvidenceStore;
@@ -44,6 +44,20 @@ pub enum Class {
     Wrong,
 }
 
+impl Class {
+    /// All, best first.
+    pub const ALL: [Self; 3] = [Self::Located, Self::NotObservable, Self::Wrong];
+
+    /// The name in tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Located => "located",
+            Self::NotObservable => "not observable",
+            Self::Wrong => "wrong",
+        }
+    }
+}
+
 /// The evidence of a set of touches.
 pub struct Observed<'a> {
     error: Geometric<'a>,
@@ -78,8 +92,8 @@ impl<'a> Observed<'a> {
     pub fn judge(&self, believed: &PlanarPose, truth: &PlanarPose) -> (Class, Ambiguity) {
         let best = self.minimise(&self.prior.bounds(), *believed);
         let ambiguity = self.ambiguity(&best);
-        let off_m = libm::hypotf(believed.x_m - truth.x_m, believed.y_m - truth.y_m);
-        let off_rad = wrap(believed.phi_rad - truth.phi_rad, self.prior.shape.yaw_symmetry_rad()).abs();
+        let off_m = believed.distance_m(truth);
+        let off_rad = believed.turn_from_rad(truth, self.prior.shape.yaw_symmetry_rad()).abs();
         let is_explained = |pose: &PlanarPose| self.error.evaluate(pose).error <= best.1 + POSE_MARGIN;
         let class = if off_m <= LOCATED_M && off_rad <= LOCATED_RAD {
             Class::Located

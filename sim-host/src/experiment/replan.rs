@@ -11,7 +11,6 @@ use crate::plan::{PlanRefusal, Planner, PlannerConfig};
 use crate::world::{HandStart, Scene};
 use std::time::{Duration, Instant};
 use tactus_common::limits::FINGERS;
-use tactus_common::message::ROLLOUT_INSTANTS;
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::source;
 use tactus_common::shape::ObjectShape;
@@ -119,19 +118,10 @@ impl Replan {
     }
 }
 
-/// A rollout as the published errors see it: contacts at equally spaced instants, and the angles at the end. A link that has
-/// touched once counts as touching, since its finger stands still from then on, even if the force sinks below what the
-/// sensor notices.
+/// A rollout as the published errors see it: contacts at equally spaced instants, and the angles at the end.
 fn closing(rollout: &RolloutOutcome) -> Closing {
-    let mut touched = 0;
-    let mut samples = rollout.samples.iter();
-    let rows = (0..ROLLOUT_INSTANTS).map(|i| {
-        let ticks = ROLLOUT_TICKS as usize * (i + 1) / ROLLOUT_INSTANTS - ROLLOUT_TICKS as usize * i / ROLLOUT_INSTANTS;
-        touched = samples.by_ref().take(ticks).fold(touched, |bits, sample| bits | sample.contacts);
-        touched
-    });
     Closing {
-        contacts: ContactMatrix::new(rows),
+        contacts: ContactMatrix::new(rollout.touched_by_instant(ROLLOUT_TICKS as usize)),
         inner_rad: rollout.samples.last().map_or([0.0; FINGERS], |sample| sample.inner_rad),
     }
 }

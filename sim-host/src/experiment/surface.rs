@@ -1,19 +1,17 @@
 //! An error over a grid of poses (Nikandrova 2011, fig. 25).
 
 use super::capture::{Task, carry_out};
-use super::converge::{ConvergeOptions, replan};
-use super::jobs::{self, Work};
+use super::conduct::Experiment;
+use super::grid::GridOptions;
 use super::method::Formulation;
-use super::record::{Record, write_csv};
+use super::record::Record;
 use crate::mental::MentalModel;
 use crate::method::MethodOptions;
-use crate::mission::{MissionOptions, Reality, guess_around};
+use crate::mission::guess_around;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
-use std::time::Instant;
 
 /// Outcome of a pose that has an error.
 const OK: &str = "ok";
@@ -77,64 +75,42 @@ impl fmt::Display for Statistics {
 ///
 /// # Errors
 /// A file cannot be written, the scene cannot be simulated, or the mission touched nothing.
-pub fn run(options: &ConvergeOptions, csv: Option<&Path>) -> anyhow::Result<(Statistics, Record)> {
-    let started = Instant::now();
-    let truth = options.scenario.true_pose();
+pub fn run(options: &GridOptions, csv: Option<&Path>) -> anyhow::Result<(Statistics, Record)> {
     let mut settings = options.method.settings();
     for name in ["optimizer", "gradient", "evaluations_max", "goal_error"] {
         settings.as_object_mut().and_then(|object| object.remove(name));
     }
-    settings["noise"] = json!(options.reality == Reality::Mismatched);
-    settings["seed"] = json!(options.seed);
-    let identity = json!({
-        "experiment": "surface", "settings": settings, "grid": options.grid, "truth": truth.to_array(),
-        "scene": options.scenario.name,
-    });
-    let work = Work { unit: "poses", threads: options.jobs, quiet: options.quiet, settings: &identity, results: csv };
+    let experiment = Experiment::new("surface", &options.conditions, settings, Some(&options.grid), csv);
     let count = options.grid.count();
     let rows = match options.method.formulation {
         Formulation::Replan => {
-            let replan = replan(options)?;
-            jobs::run(&work, count, |i| {
+            let replan = options.replan()?;
+            experiment.carry_out("poses", count, |i| {
                 let error = replan.evaluate(&options.grid.pose(i)).error;
                 Ok(row(options, i, error.map_err(|reason| reason.to_string())))
             })?
         }
         Formulation::Fixed => {
-            let interval = options.grid.interval(&truth);
-            let mission = MissionOptions {
-                scenario: options.scenario.clone(),
-                seed: options.seed,
-                truth,
-                guess: guess_around(&truth, &interval, options.seed),
-                interval,
-                trials_max: options.trials_max,
-                reality: options.reality,
-                method: MethodOptions::with_ideal_sensors(),
-            };
+            let (truth, interval, seed) = (options.truth(), options.interval(), options.conditions.seed);
+            let guess = guess_around(&truth, &interval, seed);
+            let mission = options.conditions.mission(0, truth, guess, interval, MethodOptions::with_ideal_sensors());
             let captured = carry_out(&mission, Task::Locate)?;
-            let last = captured.last().ok_or_else(|| {
-                anyhow::anyhow!("the mission of seed {} touched nothing; expected another seed", options.seed)
-            })?;
+            let last = captured
+                .last()
+                .ok_or_else(|| anyhow::anyhow!("the mission of seed {seed} touched nothing; expected another seed"))?;
             let mental = MentalModel::new()?;
             let error = options.method.fixed_error(last, &mental);
-            jobs::run(&work, count, |i| Ok(row(options, i, Ok(error(&options.grid.pose(i))))))?
+            experiment.carry_out("poses", count, |i| Ok(row(options, i, Ok(error(&options.grid.pose(i))))))?
         }
     };
-    if let Some(csv) = csv {
-        write_csv(csv, &rows)?;
-        jobs::forget(csv)?;
-    }
+    experiment.keep(&rows)?;
     let statistics = Statistics::of(&rows);
     let title = format!("Error surface: {}, {}", options.method.config.error.name(), options.method.formulation.name());
-    let record = Record::new("surface", title, settings, started.elapsed().as_secs_f64())
-        .with("truth", json!({ "x": truth.x_m, "y": truth.y_m, "phi": truth.phi_rad }))
-        .with("grid", options.grid)
-        .with_statistics(&statistics);
+    let record = experiment.record(title).with_statistics(&statistics);
     Ok((statistics, record))
 }
 
-fn row(options: &ConvergeOptions, index: usize, error: Result<f32, String>) -> Row {
+fn row(options: &GridOptions, index: usize, error: Result<f32, String>) -> Row {
     let [x, y, phi] = options.grid.pose(index).to_array();
     let (error, outcome) = match error {
         Ok(error) => (Some(error), OK.to_owned()),

@@ -1,12 +1,12 @@
 //! Monte Carlo over seeds: true pose and offset of the guess drawn uniformly, one mission each.
 
 use super::capture::{Captured, Task, carry_out};
-use super::jobs::{self, Work};
+use super::conduct::{Conditions, Experiment};
 use super::observability::{Ambiguity, Class, Observed};
-use super::record::{Record, quantile, write_csv};
+use super::record::{Record, quantile};
 use crate::method::MethodOptions;
-use crate::mission::{self, MissionOptions, Reality};
-use crate::scenario::Scenario;
+use crate::mission::{self, MissionOptions};
+use crate::report::summary::MethodUsed;
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -14,8 +14,8 @@ use std::collections::BTreeMap;
 use std::f32::consts::FRAC_PI_4;
 use std::fmt;
 use std::path::Path;
-use std::time::Instant;
 use tactus_common::pose::{Interval, PlanarPose};
+use tactus_hil::choice::name;
 
 /// Centre and half widths of the true poses: x in [0.0, 0.3] m, y in [-0.2, 0.0] m, phi in [-pi/4, pi/4] rad.
 const TRUTH_CENTRE: PlanarPose = PlanarPose::new(0.15, -0.1, 0.0);
@@ -24,26 +24,16 @@ const TRUTH_HALF_WIDTH: Interval = Interval { x_m: 0.15, y_m: 0.1, phi_rad: FRAC
 /// What to carry out.
 #[derive(Clone, Debug)]
 pub struct TrialsOptions {
-    /// The scene.
-    pub scenario: Scenario,
-    /// Seed of the first mission; mission i uses `seed + i`.
-    pub seed: u64,
+    /// The conditions of the missions.
+    pub conditions: Conditions,
     /// Missions.
     pub count: u32,
     /// Half widths of the guess's error.
     pub offset: Interval,
-    /// Most touches a mission.
-    pub trials_max: u8,
-    /// How reality differs from the model.
-    pub reality: Reality,
     /// How far each mission is carried out.
     pub task: Task,
     /// How the pose is to be found, and with which sensors.
     pub method: MethodOptions,
-    /// Missions at a time; 0 = one per processor.
-    pub jobs: usize,
-    /// No progress bar.
-    pub quiet: bool,
 }
 
 /// One mission's line in the CSV.
@@ -80,13 +70,11 @@ struct Row {
 }
 
 impl Row {
-    fn of(options: &MissionOptions, task: Task, captured: &Captured) -> Self {
+    /// `judged`: what became of the last belief, if there was one.
+    fn of(options: &MissionOptions, task: Task, captured: &Captured, judged: Option<(Class, Ambiguity)>) -> Self {
         let report = &captured.report;
-        let last = captured.last();
-        let is_located = task == Task::Locate && last.is_some_and(|update| update.confident);
-        let (class, ambiguity) = last.map_or((Class::NotObservable, Ambiguity::default()), |update| {
-            Observed::new(&update.evidence, &update.prior).judge(&update.after.pose(), &update.truth)
-        });
+        let is_located = task == Task::Locate && captured.last().is_some_and(|update| update.confident);
+        let (class, ambiguity) = judged.unwrap_or((Class::NotObservable, Ambiguity::default()));
         let [true_x_m, true_y_m, true_phi_rad] = options.truth.to_array();
         let [guess_x_m, guess_y_m, guess_phi_rad] = options.guess.to_array();
         let [believed_x_m, believed_y_m, believed_phi_rad] = report.believed.to_array();
@@ -137,12 +125,20 @@ struct Mission {
 
 impl Mission {
     fn of(options: &MissionOptions, task: Task, captured: &Captured) -> Self {
-        let by_touch = captured.updates.iter().map(|update| {
-            let observed = Observed::new(&update.evidence, &update.prior);
-            let (class, ambiguity) = observed.judge(&update.after.pose(), &update.truth);
-            (update.touches, class, ambiguity.is_observable())
-        });
-        Self { row: Row::of(options, task, captured), by_touch: by_touch.collect() }
+        let judged: Vec<(u32, (Class, Ambiguity))> = captured
+            .updates
+            .iter()
+            .map(|update| {
+                let observed = Observed::new(&update.evidence, &update.prior);
+                (update.touches, observed.judge(&update.after.pose(), &update.truth))
+            })
+            .collect();
+        let row = Row::of(options, task, captured, judged.last().map(|(_, judged)| *judged));
+        let by_touch = judged
+            .into_iter()
+            .map(|(touches, (class, ambiguity))| (touches, class, ambiguity.is_observable()))
+            .collect();
+        Self { row, by_touch }
     }
 }
 
@@ -278,19 +274,11 @@ pub fn truth_of(seed: u64) -> PlanarPose {
 }
 
 /// The mission of index `i` of a batch.
-fn mission_options(options: &TrialsOptions, i: u32) -> MissionOptions {
-    let seed = options.seed.wrapping_add(u64::from(i));
+fn mission_options(options: &TrialsOptions, i: usize) -> MissionOptions {
+    let seed = options.conditions.seed(i);
     let truth = truth_of(seed);
-    MissionOptions {
-        scenario: options.scenario.clone(),
-        seed,
-        truth,
-        guess: mission::guess_around(&truth, &options.offset, seed),
-        interval: options.offset,
-        trials_max: options.trials_max,
-        reality: options.reality,
-        method: options.method,
-    }
+    let guess = mission::guess_around(&truth, &options.offset, seed);
+    options.conditions.mission(i, truth, guess, options.offset, options.method)
 }
 
 /// Carries out a batch; the CSV is written in order of seed.
@@ -298,24 +286,17 @@ fn mission_options(options: &TrialsOptions, i: u32) -> MissionOptions {
 /// # Errors
 /// A file cannot be written, or a scene cannot be simulated (a defect of the scene, not of a mission).
 pub fn run(options: &TrialsOptions, csv: Option<&Path>) -> anyhow::Result<(Statistics, Record)> {
-    let started = Instant::now();
     let settings = json!({
-        "seed": options.seed, "count": options.count, "offset": options.offset.to_array(),
-        "trials_max": options.trials_max, "noise": options.reality == Reality::Mismatched,
-        "task": if options.task == Task::Locate { "locate" } else { "transport" },
+        "count": options.count, "offset": options.offset.to_array(),
+        "task": name(&options.task), "method": MethodUsed::of(&options.method),
     });
-    let identity = json!({ "experiment": "trials", "settings": settings, "scene": options.scenario.name });
-    let work =
-        Work { unit: "missions", threads: options.jobs, quiet: options.quiet, settings: &identity, results: csv };
-    let missions: Vec<Mission> = jobs::run(&work, options.count as usize, |i| {
-        let mission = mission_options(options, i as u32);
+    let experiment = Experiment::new("trials", &options.conditions, settings, None, csv);
+    let missions: Vec<Mission> = experiment.carry_out("missions", options.count as usize, |i| {
+        let mission = mission_options(options, i);
         let captured = carry_out(&mission, options.task).with_context(|| format!("seed {}", mission.seed))?;
         Ok(Mission::of(&mission, options.task, &captured))
     })?;
-    if let Some(csv) = csv {
-        write_csv(csv, missions.iter().map(|mission| &mission.row))?;
-        jobs::forget(csv)?;
-    }
+    experiment.keep(missions.iter().map(|mission| &mission.row))?;
     let statistics = Statistics::of(&missions);
     let [x_m, y_m, phi_rad] = options.offset.to_array();
     let title = format!(
@@ -324,8 +305,8 @@ pub fn run(options: &TrialsOptions, csv: Option<&Path>) -> anyhow::Result<(Stati
         x_m * 1e3,
         y_m * 1e3,
         phi_rad.to_degrees(),
-        options.reality.name()
+        options.conditions.reality.name()
     );
-    let record = Record::new("trials", title, settings, started.elapsed().as_secs_f64()).with_summary(&statistics);
+    let record = experiment.record(title).with_summary(&statistics);
     Ok((statistics, record))
 }

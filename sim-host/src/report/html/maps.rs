@@ -6,23 +6,26 @@ use super::heat::{Cell, Fill, HeatMap};
 use super::input::{Run, Truth};
 use super::number::{NONE, deg, duration, fixed, mm, percent, quantile, share, sig};
 use super::raster::Raster;
-use super::row::{Class, ConvergeLine};
+use super::row::ConvergeLine;
 use super::svg;
+use crate::experiment::converge::Class;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
-/// The classes, their names, and their looks as the thesis draws them.
-const CLASSES: [(Class, &str, &str); 3] = [
-    (Class::Converged, "converged", "white"),
-    (Class::Direction, "direction", "grey"),
-    (Class::Failed, "failed", "black"),
-];
+/// A class's look as the thesis draws it.
+const fn look(class: Class) -> &'static str {
+    match class {
+        Class::Converged => "white",
+        Class::Direction => "grey",
+        Class::Failed => "black",
+    }
+}
 
 /// What the lines of a map add up to.
 pub struct Figures {
     /// Starts.
     pub starts: usize,
-    /// Starts of each class, in the order of `CLASSES`.
+    /// Starts of each class, in the order of [`Class::ALL`].
     pub counts: [usize; 3],
     /// Median location error, metres.
     pub median_m: Option<f64>,
@@ -51,7 +54,7 @@ impl Figures {
         let times: f64 = rows.iter().filter_map(|r| r.time_s).sum();
         Self {
             starts: rows.len(),
-            counts: CLASSES.map(|(class, ..)| rows.iter().filter(|r| r.class == class).count()),
+            counts: Class::ALL.map(|class| rows.iter().filter(|r| r.class == class).count()),
             median_m: location(0.5),
             p90_m: location(0.9),
             max_m: location(1.0),
@@ -112,7 +115,7 @@ fn overview(runs: &[Run<ConvergeLine>]) -> Markup {
 
 /// Heads of the columns of the classes.
 pub fn class_heads() -> Markup {
-    html! { @for (_, name, _) in CLASSES { th class="num" { (name) " (%)" } } }
+    html! { @for class in Class::ALL { th class="num" { (class.name()) " (%)" } } }
 }
 
 /// Cells: starts, shares of the classes, location error, evaluations, time.
@@ -175,13 +178,14 @@ fn converged_in(raster: &Raster, phi: usize, run: &Run<ConvergeLine>) -> String 
     format!("{good} of {all}")
 }
 
-fn tip(line: &ConvergeLine, name: &str) -> String {
+fn tip(line: &ConvergeLine) -> String {
     let plain = |v: Option<f64>| v.map_or(NONE.to_string(), |v| sig(v, 3));
     format!(
-        "start x {} m, y {} m, φ {}°: {name}; off by {} mm, {}°; final error {}; {} evaluations, {}; stopped: {}",
+        "start x {} m, y {} m, φ {}°: {}; off by {} mm, {}°; final error {}; {} evaluations, {}; stopped: {}",
         sig(line.at.x, 4),
         sig(line.at.y, 4),
         deg(Some(line.at.phi)),
+        line.class.name(),
         mm(line.location_m),
         deg(line.yaw_rad),
         plain(line.final_error),
@@ -196,13 +200,12 @@ fn draw(run: &Run<ConvergeLine>, raster: &Raster, phi: usize, scale: Option<&Sca
     let width = raster.x.values.len();
     let cells = raster.slice(phi, &run.rows, |r| r.at);
     let cell = |i: usize, line: &ConvergeLine| {
-        let (_, name, look) = CLASSES.into_iter().find(|(c, ..)| *c == line.class).unwrap_or(CLASSES[2]);
         let fill = match (scale, line.location_m) {
-            (None, _) => Fill::Class(look),
+            (None, _) => Fill::Class(look(line.class)),
             (Some(scale), Some(m)) => Fill::Colour(scale.colour(m * 1e3)),
             (Some(_), None) => Fill::Hatch(0),
         };
-        Cell { ix: i % width, iy: i / width, fill, tip: tip(line, name) }
+        Cell { ix: i % width, iy: i / width, fill, tip: tip(line) }
     };
     let many = raster.phi.values.len() > 1;
     let what = if scale.is_some() { "location error" } else { "classes" };
@@ -226,8 +229,8 @@ fn draw(run: &Run<ConvergeLine>, raster: &Raster, phi: usize, scale: Option<&Sca
 fn legend(truth: Option<Truth>) -> Markup {
     html! {
         ul class="legend" {
-            @for (_, name, look) in CLASSES {
-                li { svg viewBox="0 0 20 14" width="20" height="14" { rect class={"swatch " (look)} width="20" height="14" {} } (name) }
+            @for class in Class::ALL {
+                li { svg viewBox="0 0 20 14" width="20" height="14" { rect class={"swatch " (look(class))} width="20" height="14" {} } (class.name()) }
             }
             @if let Some(t) = truth {
                 li {
@@ -248,8 +251,8 @@ fn counts(run: &Run<ConvergeLine>, raster: &Raster) -> Markup {
         table class="facts" {
             tbody {
                 (line("starts", f.starts.to_string()))
-                @for ((_, name, _), count) in CLASSES.into_iter().zip(f.counts) {
-                    (line(name, format!("{count} ({} %)", percent(share(count, f.starts)))))
+                @for (class, count) in Class::ALL.into_iter().zip(f.counts) {
+                    (line(class.name(), format!("{count} ({} %)", percent(share(count, f.starts)))))
                 }
                 (line("all converge for x in", basin(run, raster)))
                 (line("location error, median", in_mm(f.median_m)))

@@ -1,6 +1,8 @@
 //! The lines of each kind of experiment's CSV.
 
 use super::table::{Row, Table};
+use crate::experiment::converge::Class;
+use crate::experiment::observability::Class as Verdict;
 use std::path::Path;
 
 /// A line of a CSV file of a kind.
@@ -69,17 +71,6 @@ impl Line for SurfaceLine {
     }
 }
 
-/// What became of a search.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Class {
-    /// The final error is below the threshold.
-    Converged,
-    /// Not converged, but it moved towards the truth.
-    Direction,
-    /// Not even that.
-    Failed,
-}
-
 /// A search from one start.
 #[derive(Clone, Debug)]
 pub struct ConvergeLine {
@@ -117,7 +108,7 @@ impl Line for ConvergeLine {
     ];
 
     fn read(row: &Row<'_>) -> anyhow::Result<Self> {
-        let words = [("converged", Class::Converged), ("direction", Class::Direction), ("failed", Class::Failed)];
+        let words = Class::ALL.map(|class| (class.name(), class));
         Ok(Self {
             at: At::read(row)?,
             class: row.choice("class", &words)?,
@@ -180,40 +171,6 @@ impl Line for CompareLine {
             time_s: row.number_or_none("time_s")?,
             observable: row.choice("observability", &[("observable", true), ("not observable", false)])?,
         })
-    }
-}
-
-/// What a mission's belief was worth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// The pose was found.
-    Located,
-    /// What was felt does not determine the pose.
-    NotObservable,
-    /// The pose was determined, and wrong.
-    Wrong,
-}
-
-impl Verdict {
-    /// All, best first.
-    pub const ALL: [Self; 3] = [Self::Located, Self::NotObservable, Self::Wrong];
-
-    /// In words.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Located => "located",
-            Self::NotObservable => "not observable",
-            Self::Wrong => "wrong",
-        }
-    }
-
-    /// The class of its mark in the style sheet.
-    pub const fn css(self) -> &'static str {
-        match self {
-            Self::Located => "located",
-            Self::NotObservable => "unseen",
-            Self::Wrong => "wrong",
-        }
     }
 }
 

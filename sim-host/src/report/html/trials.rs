@@ -3,8 +3,9 @@
 use super::head::KeyFigure;
 use super::input::Run;
 use super::number::{NONE, deg, mm, percent, quantile, share, sig};
-use super::row::{TrialLine, Verdict};
+use super::row::TrialLine;
 use super::svg::{Frame, n};
+use crate::experiment::observability::Class as Verdict;
 use anyhow::Context;
 use maud::{Markup, html};
 use serde::Deserialize;
@@ -49,6 +50,15 @@ pub fn by_touch(run: &Run<TrialLine>) -> anyhow::Result<Vec<AfterTouch>> {
             format!("{}.json: statistics.by_touch: expected touches, located, not_observable, wrong", run.stem)
         })
     })
+}
+
+/// The class of a verdict's mark in the style sheet.
+const fn css(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Located => "located",
+        Verdict::NotObservable => "unseen",
+        Verdict::Wrong => "wrong",
+    }
 }
 
 fn count(rows: &[TrialLine], verdict: Verdict) -> usize {
@@ -102,7 +112,7 @@ fn legend(ambiguous: bool) -> Markup {
     html! {
         ul class="legend" {
             @for verdict in Verdict::ALL {
-                li { svg viewBox="0 0 20 14" width="20" height="14" { rect class={"swatch v-" (verdict.css())} width="20" height="14" {} } (verdict.name()) }
+                li { svg viewBox="0 0 20 14" width="20" height="14" { rect class={"swatch v-" (css(verdict))} width="20" height="14" {} } (verdict.name()) }
             }
             @if ambiguous {
                 li { svg viewBox="0 0 24 14" width="24" height="14" { path class="brace" d="M2 11V5H22V11" {} } "evidence ambiguous" }
@@ -144,7 +154,7 @@ fn bar(frame: &Frame, after: &AfterTouch, top: f64, height: f64) -> Markup {
         @for (verdict, count, start, end) in parts {
             @let (left, width) = (frame.px(start), (end - start) * frame.width);
             @if count > 0 {
-                rect class={"seg v-" (verdict.css())} x=(n(left)) y=(n(top)) width=(n(width)) height=(n(height)) {
+                rect class={"seg v-" (css(verdict))} x=(n(left)) y=(n(top)) width=(n(width)) height=(n(height)) {
                     title { "after " (after.touches) " touches: " (count) " " (verdict.name()) }
                 }
                 @if width > 26.0 {
@@ -206,7 +216,7 @@ fn histogram(rows: &[TrialLine], title: &str) -> Markup {
                     @let below: usize = parts[..k].iter().sum();
                     @let (top, bottom) = (frame.py((below + parts[k]) as f64), frame.py(below as f64));
                     @if parts[k] > 0 {
-                        rect class={"seg v-" (verdict.css())} x=(n(frame.px(i as f64) + 1.0)) width=(n(frame.width / 13.0 - 2.0)) y=(n(top)) height=(n(bottom - top)) {
+                        rect class={"seg v-" (css(verdict))} x=(n(frame.px(i as f64) + 1.0)) width=(n(frame.width / 13.0 - 2.0)) y=(n(top)) height=(n(bottom - top)) {
                             title { (parts[k]) " " (verdict.name()) }
                         }
                     }
