@@ -2,13 +2,15 @@
 //!
 //! Explore: from each start (the old modes, then a low-discrepancy sequence over the prior's region) a search under a
 //! wide loss, which pulls from afar. Polish: the distinct ends again under the narrow loss, which lets go of late or
-//! false contacts. Gather: the ends within a chi-squared margin are the modes; ends along a flat valley stay apart, so
-//! that their spread enters the covariance.
+//! false contacts. Probe: where the error does not rise about an end as its covariance says, a valley goes on, and the
+//! pose there is an end as well. Gather: the ends within a chi-squared margin are the modes; ends along a flat valley
+//! stay apart, so that their spread enters the covariance.
 
 mod config;
 mod gather;
 mod limited;
 mod once;
+mod probe;
 
 pub use config::UpdateConfig;
 
@@ -21,6 +23,7 @@ use crate::work::{GATHERING, MATRICES, Work};
 use gather::{merge, sort_by_error};
 use heapless::Vec;
 use once::Once;
+use probe::Probe;
 use tactus_common::pose::PlanarPose;
 
 /// Modes of the old belief from which a search starts.
@@ -98,6 +101,8 @@ enum Phase {
     Once,
     /// The end of that search under the narrow loss.
     Narrow(PlanarPose),
+    /// Whether the error rises about the ends as their covariances say.
+    Probe(Probe),
     /// How well the best end explains the evidence.
     Check,
     #[default]
@@ -119,6 +124,10 @@ pub struct Update {
     residuals: Option<ResidualsUnderWay>,
     ends: Vec<Found, ENDS_MAX>,
     polished: Vec<Found, MODES_MAX>,
+    /// Ends about which the error is probed.
+    probed: usize,
+    /// The pose whose error is being probed.
+    probe_pose: PlanarPose,
     once: Once,
     stats: UpdateStats,
     belief: Belief,
@@ -188,6 +197,7 @@ impl Update {
                 Phase::Once if self.question(evidence.touches).is_some() => return Progress::Running,
                 Phase::Once => self.search_once(&wide, &evidence, work),
                 Phase::Narrow(pose) => self.look_narrowly(&pose, &narrow, work),
+                Phase::Probe(probe) => self.probe(probe, &narrow, work),
                 Phase::Check => self.check(&narrow, work),
                 Phase::Done => return Progress::Done,
             }
@@ -252,7 +262,7 @@ impl Update {
             }
             Phase::Seek { rank } => self.finish_seeking(rank, found),
             Phase::Refine { rank } => self.finish_refining(rank, found, evidence, work),
-            Phase::Screen { .. } | Phase::Once | Phase::Narrow(_) | Phase::Check | Phase::Done => {}
+            Phase::Screen { .. } | Phase::Once | Phase::Narrow(_) | Phase::Probe(_) | Phase::Check | Phase::Done => {}
         }
     }
 
@@ -270,7 +280,18 @@ impl Update {
     fn finish_polishing(&mut self) {
         sort_by_error(&mut self.polished);
         merge(&mut self.polished);
+        self.start_probing();
+    }
+
+    fn finish_probing(&mut self) {
+        sort_by_error(&mut self.polished);
+        merge(&mut self.polished);
         self.phase = Phase::Check;
+    }
+
+    /// Has the limit of evaluations, if there is one, not been reached yet?
+    fn may_evaluate(&self) -> bool {
+        self.config.evaluations_max == 0 || self.stats.evaluations < self.config.evaluations_max
     }
 
     /// How well the best end explains the evidence; then the belief follows. The old one stays if there is no end.

@@ -193,4 +193,28 @@ mod tests {
             assert!(stats.evaluations > 0);
         }
     }
+
+    #[test]
+    fn a_finger_at_the_very_edge_does_not_make_a_valley_look_narrow() {
+        // With this seed a tip touches the side of the box near its end, and then one comes down on the top near the other end:
+        // every x of some 10 mm explains both. Searches slide to the end of that valley, where the tip just touches.
+        let scenario = Scenario::thesis_box();
+        let options = MissionOptions {
+            truth: scenario.true_pose(),
+            scenario,
+            seed: 477,
+            guess: PlanarPose::new(0.240_000_01, -0.040_000_007, 0.0),
+            interval: Interval { x_m: 0.1001, y_m: 0.0601, phi_rad: 0.0 },
+            trials_max: 8,
+            reality: Reality::Mismatched,
+            method: MethodOptions::default(),
+        };
+        let captured = carry_out(&options, Task::Locate).unwrap();
+        for update in &captured.updates {
+            let off_m = update.after.pose().distance_m(&update.truth);
+            let sigma_m = update.after.covariance()[(0, 0)].sqrt();
+            assert!(off_m < 3.0 * sigma_m, "{off_m} m off, claims {sigma_m} m after touch {}", update.touches);
+        }
+        assert!(captured.last().is_some_and(|last| last.confident));
+    }
 }

@@ -11,10 +11,10 @@ use nalgebra::{Matrix3, Vector3};
 use tactus_common::pose::PlanarPose;
 
 /// Ends closer than this are one.
-const SAME_POSITION_M: f32 = 1.5e-3;
-const SAME_YAW_RAD: f32 = 0.015;
+pub(super) const SAME_POSITION_M: f32 = 1.5e-3;
+pub(super) const SAME_YAW_RAD: f32 = 0.015;
 /// Error above the least, in chi-squared units, up to which an end is a mode: 99.7 % for three components.
-const MODE_MARGIN: f32 = 14.0;
+pub(super) const MODE_MARGIN: f32 = 14.0;
 /// Least standard deviations that are ever claimed: errors of the model that all contacts share (size of the box,
 /// kinematics of the hand) do not average out.
 const FLOOR_POSITION_M: f32 = 0.3e-3;
@@ -48,7 +48,7 @@ impl Update {
 
     /// Inverse of the evidence's information plus the prior's, over the components that are not known exactly, plus
     /// the floor.
-    fn covariance(&self, evaluation: &Evaluation) -> Matrix3<f32> {
+    pub(super) fn covariance(&self, evaluation: &Evaluation) -> Matrix3<f32> {
         let mut information = evaluation.slope.map_or_else(Matrix3::zeros, |s| s.information);
         let prior = self.prior.information();
         for axis in 0..3 {
