@@ -10,7 +10,7 @@ use crate::experiment::conduct::Conditions;
 use crate::experiment::trials::{self, TrialsOptions};
 use crate::hooks::Hooks;
 use crate::method::MethodArgs;
-use crate::mission::{self, MissionOptions, MissionReport, Progressed};
+use crate::mission::{self, MissionOptions, MissionReport};
 use crate::report::{progress::Progress, summary::Summary, terminal};
 use crate::scenario::Scenario;
 use crate::serve::serve;
@@ -336,11 +336,10 @@ fn run(args: &RunArgs) -> anyhow::Result<u8> {
     anyhow::ensure!(args.record.is_none(), "--record does not exist yet in this build");
     let pace = args.mission.wire.pace;
     let mut progress = Progress::new(is_quiet(&args.mission.common));
-    let mut show = |event: &Progressed| progress.show(event);
     let result = match &args.bus {
         RunBus::Virtual => {
             let mtu = args.mission.wire.can.map_or(Mtu::Fd, Mtu::from);
-            mission::run_on(&options, pace, &mut InProcess::new(mtu, Hooks::NONE), &mut show)?
+            mission::run_on(&options, pace, &mut InProcess::new(mtu, Hooks::NONE), &mut progress)?
         }
         RunBus::Live(bus) => {
             let mut live = open(bus, &args.mission.wire)?;
@@ -349,7 +348,7 @@ fn run(args: &RunArgs) -> anyhow::Result<u8> {
                 BusName::Slcan(_) => None,
             };
             meet(&mut live, bus, process.as_mut())?;
-            mission::run_on(&options, pace, &mut live, &mut show)?
+            mission::run_on(&options, pace, &mut live, &mut progress)?
         }
     };
     progress.finish();
@@ -382,8 +381,7 @@ fn serve_worlds(args: &ServeArgs) -> anyhow::Result<u8> {
             eprintln!("tactus serve on {}: {line}", args.bus);
         }
     };
-    let mut show = |event: &Progressed| progress.show(event);
-    let result = serve(&options, args.mission.wire.pace, args.missions, &mut live, &mut log, &mut show)?;
+    let result = serve(&options, args.mission.wire.pace, args.missions, &mut live, &mut log, &mut progress)?;
     progress.finish();
     report(&args.mission.common, &options, &result)
 }
