@@ -5,6 +5,7 @@
 //! * [`host`]: the world's end, tick by tick ([`observer`]: who watches). [`post`]: its messages. [`wire`]: what carries them ([`hooks`]: for tests).
 //! * [`advisor`]: answers the controller's questions; [`desk`]: when. [`mission`]: one mission from options to report. [`serve`]: for
 //!   controllers that come by themselves. [`controller_process`]: one that is started here.
+//! * [`recording`]: all of a run in one file.
 //! * [`experiment`]: many missions. [`report`]: what people and tools see. [`cli`], [`scenario`]: what they say.
 
 pub mod advisor;
@@ -20,6 +21,7 @@ pub mod mission;
 pub mod observer;
 pub mod plan;
 pub mod post;
+pub mod recording;
 pub mod report;
 pub mod scenario;
 pub mod serve;

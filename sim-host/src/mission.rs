@@ -237,7 +237,7 @@ pub fn guess_around(truth: &PlanarPose, offset: &Interval, seed: u64) -> PlanarP
 }
 
 /// Yaw of a body and how far it leans, radians.
-fn yaw_and_tilt(pose: &Isometry3<f32>) -> (f32, f32) {
+pub fn yaw_and_tilt(pose: &Isometry3<f32>) -> (f32, f32) {
     let x = pose.rotation * Vector3::x();
     let z = pose.rotation * Vector3::z();
     (libm::atan2f(x.y, x.x), libm::acosf(z.z.clamp(-1.0, 1.0)))
