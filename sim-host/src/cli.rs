@@ -1,6 +1,7 @@
 //! The command line: a contract with tools outside this repository (see `docs/cli.md`).
 
 mod experiments;
+mod recordings;
 mod report;
 mod reproduce;
 
@@ -10,7 +11,9 @@ use crate::experiment::conduct::Conditions;
 use crate::experiment::trials::{self, TrialsOptions};
 use crate::hooks::Hooks;
 use crate::method::MethodArgs;
-use crate::mission::{self, MissionOptions, MissionReport, Progressed};
+use crate::mission::{self, MissionOptions, MissionReport};
+use crate::observer::{Both, Observer};
+use crate::recording::Recorder;
 use crate::report::{progress::Progress, summary::Summary, terminal};
 use crate::scenario::Scenario;
 use crate::serve::serve;
@@ -40,6 +43,9 @@ Examples:
   tactus run --true 0.1,-0.15,0.4 --guess 0.12,-0.12,0.2
   tactus run --sensors ideal --error modified --optimizer steepest-descent-golden    the published method
   tactus run --bus socketcan:vcan0           the controller as a process of its own, on a CAN interface
+  tactus run --record run.mcap               all of the run in one file, for Foxglove, Rerun and the next two
+  tactus info run.mcap
+  tactus export run.mcap --csv run           its numbers as tables: run/sensors_joints.csv, ...
   tactus serve --bus socketcan:vcan0         the world alone, for tactus-controller or a board on that bus
   tactus trials --count 200 --offset 0.05,0.05,0.35 --csv trials.csv
   tactus surface --error modified --csv results/surface_modified.csv
@@ -75,6 +81,10 @@ enum Command {
     Compare(experiments::CompareArgs),
     /// All experiments of docs/results.md into a folder, and their report; what is there already is not made again.
     Reproduce(reproduce::ReproduceArgs),
+    /// What is in a recording of `run --record`: channels, times, phases, outcome, digest.
+    Info(recordings::InfoArgs),
+    /// The numbers of a recording as CSV tables, one for each channel.
+    Export(recordings::ExportArgs),
     /// One self-contained HTML page of all the experiments in a directory.
     Report(report::ReportArgs),
     /// Time the parts that the README quotes: world, mental rollout, pose update (medians).
@@ -162,8 +172,8 @@ struct RunArgs {
     /// as a process of its own; `slcan:PATH`: it is at the other end of that serial line already.
     #[arg(long, value_name = "BUS", default_value = "virtual")]
     bus: RunBus,
-    /// Write a recording of the run.
-    #[arg(long, value_name = "FILE")]
+    /// Write a recording of the run (MCAP, for `tactus info`, `tactus export`, Foxglove, Rerun); see docs/recording.md.
+    #[arg(long, value_name = "FILE.mcap")]
     record: Option<PathBuf>,
 }
 
@@ -251,6 +261,8 @@ fn carry_out(command: Command, line: &str) -> anyhow::Result<u8> {
         Command::Converge(args) => experiments::converge(&args, line),
         Command::Compare(args) => experiments::compare(&args, line),
         Command::Reproduce(args) => reproduce::run(&args),
+        Command::Info(args) => args.run(),
+        Command::Export(args) => args.run(),
         Command::Report(args) => args.run(),
         Command::Bench => crate::experiment::bench::run().map(|()| 0),
     }
@@ -333,14 +345,30 @@ fn open(bus: &BusName, wire: &WireArgs) -> anyhow::Result<Live> {
 
 fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let options = mission_options(&args.mission)?;
-    anyhow::ensure!(args.record.is_none(), "--record does not exist yet in this build");
-    let pace = args.mission.wire.pace;
+    let mut recorder = args.record.as_deref().map(|path| Recorder::create(path, &options)).transpose()?;
     let mut progress = Progress::new(is_quiet(&args.mission.common));
-    let mut show = |event: &Progressed| progress.show(event);
-    let result = match &args.bus {
+    let result = match &mut recorder {
+        Some(recorder) => carry_out_on_bus(args, &options, &mut Both(&mut progress, recorder))?,
+        None => carry_out_on_bus(args, &options, &mut progress)?,
+    };
+    progress.finish();
+    if let Some(recorder) = recorder {
+        recorder.finish(&options, &result)?;
+    }
+    report(&args.mission.common, &options, &result)
+}
+
+/// Carries a mission out, its controller wherever the bus has it.
+fn carry_out_on_bus(
+    args: &RunArgs,
+    options: &MissionOptions,
+    observer: &mut dyn Observer,
+) -> anyhow::Result<MissionReport> {
+    let pace = args.mission.wire.pace;
+    match &args.bus {
         RunBus::Virtual => {
             let mtu = args.mission.wire.can.map_or(Mtu::Fd, Mtu::from);
-            mission::run_on(&options, pace, &mut InProcess::new(mtu, Hooks::NONE), &mut show)?
+            mission::run_on(options, pace, &mut InProcess::new(mtu, Hooks::NONE), observer)
         }
         RunBus::Live(bus) => {
             let mut live = open(bus, &args.mission.wire)?;
@@ -349,11 +377,9 @@ fn run(args: &RunArgs) -> anyhow::Result<u8> {
                 BusName::Slcan(_) => None,
             };
             meet(&mut live, bus, process.as_mut())?;
-            mission::run_on(&options, pace, &mut live, &mut show)?
+            mission::run_on(options, pace, &mut live, observer)
         }
-    };
-    progress.finish();
-    report(&args.mission.common, &options, &result)
+    }
 }
 
 /// Waits for the controller that was started, or is there.
@@ -382,8 +408,7 @@ fn serve_worlds(args: &ServeArgs) -> anyhow::Result<u8> {
             eprintln!("tactus serve on {}: {line}", args.bus);
         }
     };
-    let mut show = |event: &Progressed| progress.show(event);
-    let result = serve(&options, args.mission.wire.pace, args.missions, &mut live, &mut log, &mut show)?;
+    let result = serve(&options, args.mission.wire.pace, args.missions, &mut live, &mut log, &mut progress)?;
     progress.finish();
     report(&args.mission.common, &options, &result)
 }
