@@ -178,8 +178,9 @@ impl Update {
         let evidence = evidence.into();
         let narrow = self.config.geometric;
         let wide = narrow.wide();
-        let narrow = Geometric::new(evidence.store, &self.prior.shape, &narrow);
-        let wide = Geometric::new(evidence.store, &self.prior.shape, &wide);
+        let shape = self.prior.shape;
+        let narrow = Geometric::new(evidence.store, &shape, &narrow);
+        let wide = Geometric::new(evidence.store, &shape, &wide);
         while work.is_left() {
             match self.phase {
                 Phase::Explore { .. } | Phase::Seek { .. } => self.search(&wide, &evidence, work),

@@ -4,6 +4,7 @@ use crate::geometry::{TactusInterval, TactusPose, TactusShape};
 use crate::handle::Plain;
 use crate::plan::TactusRefusal;
 use crate::result::TactusResult;
+use tactus_common::limits::OBSTACLES_MAX;
 use tactus_common::message::{FailureReason, FaultReason, Outcome, Phase, SCHEMA_VERSION, Setup};
 use tactus_common::method::Method;
 
@@ -35,6 +36,7 @@ impl TactusSetup {
             shape: self.shape.to_rust()?,
             guess: self.guess.to_rust(),
             interval: self.interval.to_rust(),
+            obstacles: [None; OBSTACLES_MAX],
             displacement_m: self.displacement_m,
             mass_kg: self.mass_kg,
             trials_max: self.trials_max,

@@ -66,7 +66,7 @@ impl GeometricConfig {
 #[derive(Clone, Copy, Debug)]
 pub struct Geometric<'a> {
     store: &'a EvidenceStore,
-    shape: ObjectShape,
+    shape: &'a ObjectShape,
     config: GeometricConfig,
     radius_m: [f32; HAND_LINKS],
 }
@@ -95,9 +95,9 @@ struct Hypothesis {
 
 impl<'a> Geometric<'a> {
     /// The error of poses of `shape` given the evidence in `store`.
-    pub fn new(store: &'a EvidenceStore, shape: &ObjectShape, config: &GeometricConfig) -> Self {
+    pub fn new(store: &'a EvidenceStore, shape: &'a ObjectShape, config: &GeometricConfig) -> Self {
         let radius_m = HandLink::ALL.map(|link| hand_prism(link).bounding_sphere().1);
-        Self { store, shape: *shape, config: *config, radius_m }
+        Self { store, shape, config: *config, radius_m }
     }
 
     /// How well `pose` explains the contacts, loss aside.

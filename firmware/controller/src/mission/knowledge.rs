@@ -5,6 +5,7 @@ use crate::evidence::EvidenceStore;
 use crate::felt_touch::FeltTouches;
 use crate::touch::TouchHistory;
 use crate::update::UpdateConfig;
+use tactus_common::limits::OBSTACLES_MAX;
 use tactus_common::message::{FaultReason, SCHEMA_VERSION, Setup};
 use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
@@ -40,6 +41,7 @@ const NO_SETUP: Setup = Setup {
     shape: ObjectShape::THESIS_BOX,
     guess: PlanarPose { x_m: 0.0, y_m: 0.0, phi_rad: 0.0 },
     interval: Interval { x_m: 0.0, y_m: 0.0, phi_rad: 0.0 },
+    obstacles: [None; OBSTACLES_MAX],
     displacement_m: [0.0; 2],
     mass_kg: 0.0,
     trials_max: 0,

@@ -177,7 +177,7 @@ impl Chooser {
 
     /// Adds the sample under prediction to the tally of its candidate; `false` if the work did not suffice.
     fn weigh(&mut self, weight: f32, work: &mut Work) -> bool {
-        if !self.predictor.open(work) {
+        if !self.predictor.open(&self.shape, work) {
             return false;
         }
         let landed = self.predictor.felt().iter().filter(|f| **f == FingerPrediction::Landed).count();
@@ -187,7 +187,7 @@ impl Chooser {
             self.tally.landing += weight;
             return true;
         }
-        if !self.predictor.close(work) {
+        if !self.predictor.close(&self.shape, work) {
             return false;
         }
         work.spend(MATRICES);
