@@ -14,6 +14,7 @@ mod grasp;
 mod grip;
 mod hand;
 mod knowledge;
+mod obstructed;
 mod recover;
 mod tools;
 mod trial;
@@ -223,7 +224,9 @@ impl Mission {
         match &mut self.doing {
             Doing::Nothing => Some(self.choose()),
             Doing::Choosing => {
-                self.chooser.step(&mut Work::PER_TICK.clone())?;
+                let work = &mut Work::PER_TICK.clone();
+                self.chooser.step(work)?;
+                self.chooser.clear_of(&know.setup.obstacles, &know.belief.pose(), work)?;
                 Some(self.ask_touch(0, RefusalReason::NoPath, tools))
             }
             Doing::AskingTouch { rank } => {

@@ -1,14 +1,17 @@
 //! What one mission was told and has learnt.
 
+use super::obstructed::may_have_touched;
 use crate::belief::{Belief, Prior};
-use crate::evidence::EvidenceStore;
+use crate::evidence::{ContactKind, EvidenceStore, Toucher};
 use crate::felt_touch::FeltTouches;
 use crate::touch::TouchHistory;
 use crate::update::UpdateConfig;
+use nalgebra::Isometry3;
 use tactus_common::limits::OBSTACLES_MAX;
 use tactus_common::message::{FaultReason, SCHEMA_VERSION, Setup};
 use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
+use tactus_common::robot::hand::HandAngles;
 use tactus_common::shape::ObjectShape;
 
 /// Lengths (metres), angles (radians) and masses (kilograms) of a set-up beyond this make no sense on a table.
@@ -86,6 +89,23 @@ impl Knowledge {
         self.store.begin(self.setup.shape.top_height_m());
         self.felt.forget();
         self.history = TouchHistory::default();
+    }
+
+    /// Records that `toucher` felt the object; `false` if it may have been an obstacle: then it tells nothing about the object
+    /// and is not kept.
+    pub fn note_contact(
+        &mut self,
+        world_from_hand: &Isometry3<f32>,
+        angles: &HandAngles,
+        toucher: Toucher,
+        kind: ContactKind,
+    ) -> bool {
+        if may_have_touched(self.setup.obstacles.iter().flatten(), world_from_hand, angles, toucher) {
+            return false;
+        }
+        // A full store drops the newest and counts it; the touch still counts with what it has.
+        let _ = self.store.add_contact(world_from_hand, angles, toucher, kind);
+        true
     }
 
     /// Displacement of the object that remains, metres.
