@@ -359,7 +359,7 @@ impl Mission {
     fn updated(&mut self, tools: &mut Tools) -> Doing {
         let know = &mut self.knowledge;
         know.belief.clone_from(self.update.belief());
-        let readiness = know.belief.readiness(&Tolerance::default());
+        let readiness = know.belief.readiness(&Tolerance::of(&know.setup.shape));
         let spent = self.touches >= know.setup.trials_max;
         let explained = self.update.explains(know.felt.touches());
         let confident = explained

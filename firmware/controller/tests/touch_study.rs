@@ -250,7 +250,7 @@ fn trial(seed: u64, model: ObjectShape, offset: Interval, noise: Noise) -> Outco
     let mut store = EvidenceStore::new(model.top_height_m());
     let mut history = TouchHistory::default();
     let mut outcome = Outcome::default();
-    let tolerance = Tolerance::default();
+    let tolerance = Tolerance::of(&model);
     let verbose = std::env::var("TOUCH_STUDY_SEED").is_ok();
     for _ in 0..TOUCHES_MAX {
         let begun = Instant::now();

@@ -71,7 +71,8 @@ impl Knowledge {
     /// Takes what a set-up tells, and forgets the rest.
     ///
     /// # Errors
-    /// [`FaultReason::SchemaMismatch`], or [`FaultReason::BadSetup`] for values that make no sense; nothing has changed
+    /// [`FaultReason::SchemaMismatch`], [`FaultReason::NotInImage`] for an optimiser that this image lacks, or
+    /// [`FaultReason::BadSetup`] for values that make no sense; nothing has changed
     /// then.
     pub fn begin(&mut self, setup: &Setup) -> Result<(), FaultReason> {
         check(setup)?;
@@ -126,12 +127,17 @@ impl Knowledge {
 /// Whether a set-up makes sense.
 ///
 /// # Errors
-/// [`FaultReason::SchemaMismatch`], or [`FaultReason::BadSetup`] for values that make no sense.
+/// [`FaultReason::SchemaMismatch`], [`FaultReason::NotInImage`] for an optimiser that this image lacks, or
+/// [`FaultReason::BadSetup`] for values that make no sense.
 pub fn check(setup: &Setup) -> Result<(), FaultReason> {
     if u64::from_le_bytes(setup.schema_version) != SCHEMA_VERSION {
         return Err(FaultReason::SchemaMismatch);
     }
-    if is_sound(setup) { Ok(()) } else { Err(FaultReason::BadSetup) }
+    if !is_sound(setup) {
+        return Err(FaultReason::BadSetup);
+    }
+    let is_built_in = UpdateConfig::of(&setup.method).is_some_and(|config| config.optimiser.is_built_in());
+    if is_built_in { Ok(()) } else { Err(FaultReason::NotInImage) }
 }
 
 /// Finite and of a size that a table has. Comparisons with a NaN are false.
