@@ -18,6 +18,8 @@ pub const PADS: usize = 4;
 pub const PAD_CELLS: usize = 24;
 /// Ticks between two images of one pad: 40 Hz, the real hand's fastest rate.
 pub const PAD_PERIOD_TICKS: u32 = 12;
+/// Most bodies beside the object that a set-up names: each may be a hull of a kilobyte.
+pub const OBSTACLES_MAX: usize = 4;
 /// Most knots in one trajectory: 48 x 88 B = 4.2 KiB in the controller.
 pub const KNOTS_MAX: usize = 48;
 /// Largest acceleration a trajectory may ask of each arm joint, rad/s^2. Ours: with the OpenRAVE velocities

@@ -5,8 +5,11 @@ use crate::message::{Digest, Message, node};
 use postcard::ser_flavors::Flavor;
 use serde::de::DeserializeOwned;
 
-/// Longest encoded message that a node sends from its stack, bytes: every message but [`crate::message::PlanAnswer`].
+/// Longest encoded message but [`crate::message::Setup`] and [`crate::message::PlanAnswer`], bytes: what the controller
+/// sends it encodes on its stack.
 pub const SMALL_BYTES: usize = 256;
+/// Longest encoded [`crate::message::Setup`], bytes: five hulls, and what else it holds.
+pub const SETUP_BYTES: usize = 2_304;
 
 /// The subject of a message.
 pub const fn subject<M: Message>() -> SubjectId {

@@ -53,9 +53,9 @@ impl PlanarPose {
     }
 
     /// Yaw from `other` to here, radians in (-symmetry/2, symmetry/2], for an object that looks the same after a turn by
-    /// `symmetry_rad`.
+    /// `symmetry_rad`; 0 if that is 0: every turn leaves it alike.
     pub fn turn_from_rad(&self, other: &Self, symmetry_rad: f32) -> f32 {
-        wrap(self.phi_rad - other.phi_rad, symmetry_rad)
+        if symmetry_rad > 0.0 { wrap(self.phi_rad - other.phi_rad, symmetry_rad) } else { 0.0 }
     }
 
     /// `self * local`: a planar pose given in this object's frame, expressed in the world.
@@ -136,6 +136,7 @@ mod tests {
         assert!((a.distance_m(&b) - 0.05).abs() < 1e-7);
         assert!((a.turn_from_rad(&b, HALF_TURN_RAD) - (3.0 - PI)).abs() < 1e-6);
         assert!((b.turn_from_rad(&a, TAU) + 3.0).abs() < 1e-6);
+        assert_eq!(a.turn_from_rad(&b, 0.0), 0.0, "a round object has no yaw");
     }
 
     #[test]

@@ -2,8 +2,8 @@
 //! the schema with encoded messages.
 
 use postcard_schema::schema::{DataModelType as Type, DataModelVariant as Variant, NamedType};
-use tactus_common::limits::{KNOTS_MAX, PAYLOAD_BYTES_MAX};
-use tactus_common::link::{SMALL_BYTES, encode};
+use tactus_common::limits::{KNOTS_MAX, OBSTACLES_MAX, PAYLOAD_BYTES_MAX};
+use tactus_common::link::{SETUP_BYTES, SMALL_BYTES, encode};
 use tactus_common::message::{
     Command, Event, EventKind, MESSAGES, Message, Phase, PlanAnswer, RefusalReason, RolloutResult, SCHEMA_VERSION,
     SensorFrame, Setup,
@@ -11,7 +11,8 @@ use tactus_common::message::{
 use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::reading::{JointCommands, JointReadings, Validity};
-use tactus_common::shape::ObjectShape;
+use tactus_common::shape::hull::{HULL_CORNERS_MAX, HULL_FACE_BYTES_MAX, HULL_FACES_MAX};
+use tactus_common::shape::{Hull, ObjectShape, Obstacle};
 use tactus_common::trajectory::{Knot, Trajectory};
 
 const PAGE: &str = include_str!("../../docs/protocol.md");
@@ -29,8 +30,16 @@ fn bytes(of: &NamedType) -> [usize; 2] {
         Type::Unit | Type::UnitStruct => [0, 0],
         Type::NewtypeStruct(inner) => bytes(inner),
         Type::Option(inner) => [1, 1 + bytes(inner)[1]],
-        // The one list on the wire, the knots of a trajectory; its length takes one byte.
-        Type::Seq(inner) => [1, 1 + KNOTS_MAX * bytes(inner)[1]],
+        // The lists on the wire: the knots of a trajectory, the corners and the faces of a hull. Their lengths take one byte.
+        Type::Seq(inner) => {
+            let most = match inner.ty {
+                Type::Struct(_) => KNOTS_MAX,
+                Type::Tuple(_) => HULL_CORNERS_MAX,
+                _ => HULL_FACE_BYTES_MAX,
+            };
+            assert!(most < 128, "{}: the length of a list takes one byte", of.name);
+            [1, 1 + most * bytes(inner)[1]]
+        }
         Type::Tuple(parts) | Type::TupleStruct(parts) => sum(parts.iter().map(|t| bytes(t))),
         Type::Struct(fields) => sum(fields.iter().map(|f| bytes(f.ty))),
         Type::Enum(variants) => {
@@ -57,6 +66,24 @@ fn sum(parts: impl Iterator<Item = [usize; 2]>) -> [usize; 2] {
 fn encoded<M: Message>(message: &M) -> usize {
     let mut buffer = [0; PAYLOAD_BYTES_MAX];
     encode(message, &mut buffer).expect("every message fits the largest payload").len()
+}
+
+/// As many corners and edges as a hull may have: a prism over twelve corners, eight of its sides cut in two.
+fn largest_hull() -> Hull {
+    let corner = |i: u8| {
+        let (s, c) = libm::sincosf(f32::from(i % 12) * std::f32::consts::FRAC_PI_6);
+        [0.1 * c, 0.1 * s, if i < 12 { -0.1 } else { 0.1 }]
+    };
+    let mut faces: Vec<Vec<u8>> = vec![(0..12).rev().collect(), (12..24).collect()];
+    for i in 0..12 {
+        let next = (i + 1) % 12;
+        match i {
+            0..8 => faces.extend([vec![i, next, next + 12], vec![i, next + 12, i + 12]]),
+            _ => faces.push(vec![i, next, next + 12, i + 12]),
+        }
+    }
+    let corners_m: Vec<_> = (0..24).map(corner).collect();
+    Hull::new(&corners_m, faces.iter().map(Vec::as_slice)).expect("a closed convex polyhedron")
 }
 
 fn bytes_of(name: &str) -> [usize; 2] {
@@ -93,27 +120,37 @@ fn subjects_are_unique_and_of_thirteen_bits() {
 }
 
 #[test]
-fn every_message_but_the_trajectory_fits_the_small_buffer_and_that_the_large_one() {
+fn a_message_fits_the_small_buffer_and_the_set_up_and_the_trajectory_their_own() {
     for message in MESSAGES {
-        let limit = if message.name == "PlanAnswer" { PAYLOAD_BYTES_MAX } else { SMALL_BYTES };
+        let limit = match message.name {
+            "PlanAnswer" => PAYLOAD_BYTES_MAX,
+            "Setup" => SETUP_BYTES,
+            _ => SMALL_BYTES,
+        };
         assert!(bytes(message.schema)[1] <= limit, "{}", message.name);
     }
 }
 
 #[test]
 fn encoded_messages_reach_the_bounds_that_the_schema_gives() {
+    let hull = ObjectShape::Convex(largest_hull());
     let setup = Setup {
         schema_version: SCHEMA_VERSION.to_le_bytes(),
-        shape: ObjectShape::THESIS_BOX,
+        shape: hull,
         guess: PlanarPose::default(),
         interval: Interval::default(),
+        obstacles: [Some(Obstacle { shape: hull, pose: PlanarPose::default() }); OBSTACLES_MAX],
         displacement_m: [0.0; 2],
         mass_kg: 0.6,
         trials_max: 255,
         method: Method { evaluations_max: u16::MAX, ..Method::DEFAULT },
     };
-    let least = Setup { method: Method::DEFAULT, ..setup };
-    assert_eq!([encoded(&least), encoded(&setup)], bytes_of("Setup"));
+    let sphere = ObjectShape::Sphere { radius_m: 0.05 };
+    let least = Setup { shape: sphere, obstacles: [None; OBSTACLES_MAX], method: Method::DEFAULT, ..setup };
+    // A hull of 44 edges has two faces less than one may have, and each face tells one byte more than its corners.
+    let unused = (1 + OBSTACLES_MAX) * (HULL_FACES_MAX - 22);
+    // And without any corner it would be shorter than a sphere, if it were one.
+    assert_eq!([encoded(&least) - 2, encoded(&setup) + unused], bytes_of("Setup"));
     let readings = JointReadings {
         tick: u32::MAX,
         arm_q_rad: [9.0; 7],

@@ -12,7 +12,7 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::time::Instant;
 use tactus_common::can::Mtu;
-use tactus_common::limits::TICK_US;
+use tactus_common::limits::{OBSTACLES_MAX, TICK_US};
 use tactus_common::message::{DigestReport, FailureReason, Outcome, SCHEMA_VERSION, Setup};
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_hil::choice::Pace;
@@ -325,6 +325,7 @@ pub fn prepare(options: &MissionOptions, pace: Pace) -> anyhow::Result<Host> {
         shape: options.scenario.shape(),
         guess: options.guess,
         interval: options.interval,
+        obstacles: [None; OBSTACLES_MAX],
         displacement_m: options.scenario.displacement_m,
         mass_kg: options.scenario.object.mass_kg,
         trials_max: options.trials_max,

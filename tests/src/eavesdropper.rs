@@ -4,7 +4,7 @@
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::cyphal::{Header, NodeId, Session, received_bytes};
 use tactus_common::limits::{PADS, PAYLOAD_BYTES_MAX};
-use tactus_common::link::{self, CONTROLLER, SMALL_BYTES, WORLD, subject};
+use tactus_common::link::{self, CONTROLLER, SETUP_BYTES, SMALL_BYTES, WORLD, subject};
 use tactus_common::message::{
     Command, Digest, DigestReport, Event, EventKind, Hello, Message, Outcome, Phase, PlanAnswer, PlanRequest,
     RolloutRequest, RolloutResult, SensorFrame, Setup, Status, TactileSlice,
@@ -34,7 +34,7 @@ pub struct Overheard {
 
 /// Listens to frames in the order of the wire.
 pub struct Eavesdropper {
-    setup: Session<SMALL>,
+    setup: Session<{ received_bytes(SETUP_BYTES, Mtu::Fd) }>,
     sensors: Session<SMALL>,
     tactile: Session<SMALL>,
     plan: Session<LARGE>,

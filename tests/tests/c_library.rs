@@ -14,6 +14,7 @@ use tactus::result::TactusResult;
 use tactus::robot::*;
 use tactus::rollout::*;
 use tactus::setup::*;
+use tactus_common::limits::OBSTACLES_MAX;
 use tactus_common::message::{SCHEMA_VERSION, Setup};
 use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
@@ -78,6 +79,7 @@ fn one_tick_in_c_commands_the_torques_and_believes_what_one_tick_in_rust_does() 
         shape: ObjectShape::Cuboid { half_extents_m: [0.1, 0.05, 0.1] },
         guess: PlanarPose::new(0.21, -0.108, 0.0),
         interval: Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 },
+        obstacles: [None; OBSTACLES_MAX],
         displacement_m: [-0.5, 0.0],
         mass_kg: 0.6,
         trials_max: 12,

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::cyphal::{Header, NodeId, Sender};
-use tactus_common::limits::{ARM_JOINTS, FINGERS, HAND_MOTORS, PAYLOAD_BYTES_MAX};
+use tactus_common::limits::{ARM_JOINTS, FINGERS, HAND_MOTORS, OBSTACLES_MAX, PAYLOAD_BYTES_MAX};
 use tactus_common::link::{self, CONTROLLER, WORLD, priority, subject};
 use tactus_common::message::{
     Command, Event, Hello, Message, Phase, PlanAnswer, PlanRequest, RolloutResult, SCHEMA_VERSION, SensorFrame, Setup,
@@ -72,6 +72,7 @@ fn a_world_of_another_version_is_refused_by_the_controller_which_names_both() {
         shape: ObjectShape::Cuboid { half_extents_m: [0.1, 0.05, 0.1] },
         guess: PlanarPose::new(0.2, -0.1, 0.0),
         interval: Interval { x_m: 0.05, y_m: 0.0, phi_rad: 0.0 },
+        obstacles: [None; OBSTACLES_MAX],
         displacement_m: [-0.5, 0.0],
         mass_kg: 0.6,
         trials_max: 8,

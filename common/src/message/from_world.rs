@@ -1,11 +1,11 @@
 //! What the world, or the robot's gateway, says.
 
 use super::packed::{ANGLE_LSB_RAD, EFFORT_LSB_NM, TIP_LSB_NM, pack_i16, pack_i24, unpack_i16, unpack_i24};
-use crate::limits::{ARM_JOINTS, FINGERS, HAND_LINKS, HAND_MOTORS, PAD_CELLS, PADS};
+use crate::limits::{ARM_JOINTS, FINGERS, HAND_LINKS, HAND_MOTORS, OBSTACLES_MAX, PAD_CELLS, PADS};
 use crate::method::Method;
 use crate::pose::{Interval, PlanarPose};
 use crate::reading::{JointReadings, TactileImage, Validity};
-use crate::shape::ObjectShape;
+use crate::shape::{ObjectShape, Obstacle};
 use crate::trajectory::Trajectory;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -22,6 +22,8 @@ pub struct Setup {
     pub guess: PlanarPose,
     /// The true pose lies within guess +- interval.
     pub interval: Interval,
+    /// What else stands on the table, and where.
+    pub obstacles: [Option<Obstacle>; OBSTACLES_MAX],
     /// Where to put it: displacement from where it stands, world x and y, metres.
     pub displacement_m: [f32; 2],
     /// Mass of the object as the mental model knows it, kilograms.

@@ -14,6 +14,7 @@ mod grasp;
 mod grip;
 mod hand;
 mod knowledge;
+mod obstructed;
 mod recover;
 mod tools;
 mod trial;
@@ -30,7 +31,7 @@ use crate::work::Work;
 use carry::{Carry, CarryEnd};
 use enquiry::{Enquiry, HostSlow};
 use foresight::LastTouch;
-use grasp::{Grasp, GraspEnd, grasp_plan};
+use grasp::{Grasp, GraspEnd, GraspPlan};
 use knowledge::Knowledge;
 use recover::{Recover, RecoverEnd};
 use tactus_common::message::{
@@ -69,8 +70,10 @@ enum Doing {
     },
     /// Waits for what the mental world foretells.
     Confirming,
+    /// Waits for the way to the grasp of this rank.
     AskingGrasp {
         variant: u8,
+        plan: GraspPlan,
     },
     Grasping(Grasp),
     AskingTransport,
@@ -221,7 +224,9 @@ impl Mission {
         match &mut self.doing {
             Doing::Nothing => Some(self.choose()),
             Doing::Choosing => {
-                self.chooser.step(&mut Work::PER_TICK.clone())?;
+                let work = &mut Work::PER_TICK.clone();
+                self.chooser.step(work)?;
+                self.chooser.clear_of(&know.setup.obstacles, &know.belief.pose(), work)?;
                 Some(self.ask_touch(0, RefusalReason::NoPath, tools))
             }
             Doing::AskingTouch { rank } => {
@@ -261,12 +266,12 @@ impl Mission {
                 }
             }
             Doing::Confirming => self.confirm(tools),
-            Doing::AskingGrasp { variant } => {
-                let variant = *variant;
+            Doing::AskingGrasp { variant, plan } => {
+                let (variant, plan) = (*variant, *plan);
                 Some(match self.plan(tools)? {
                     Ok(()) => {
                         self.knowledge.store.begin_touch();
-                        Doing::Grasping(Grasp::new(grasp_plan(variant)))
+                        Doing::Grasping(Grasp::new(plan))
                     }
                     Err(reason) => self.ask_grasp(variant + 1, reason, tools),
                 })
@@ -354,7 +359,7 @@ impl Mission {
     fn updated(&mut self, tools: &mut Tools) -> Doing {
         let know = &mut self.knowledge;
         know.belief.clone_from(self.update.belief());
-        let readiness = know.belief.readiness(&Tolerance::default());
+        let readiness = know.belief.readiness(&Tolerance::of(&know.setup.shape));
         let spent = self.touches >= know.setup.trials_max;
         let explained = self.update.explains(know.felt.touches());
         let confident = explained

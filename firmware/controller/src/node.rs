@@ -6,8 +6,8 @@ use crate::controller::{Controller, Inputs, Outputs};
 use pending::Pending;
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::cyphal::{Header, Sender, Session, received_bytes};
-use tactus_common::limits::PAYLOAD_BYTES_MAX;
-use tactus_common::link::{self, CONTROLLER, SMALL_BYTES, WORLD, priority, subject};
+use tactus_common::limits::{OBSTACLES_MAX, PAYLOAD_BYTES_MAX};
+use tactus_common::link::{self, CONTROLLER, SETUP_BYTES, SMALL_BYTES, WORLD, priority, subject};
 use tactus_common::message::{
     Command, Digest, DigestReport, Event, EventKind, Heartbeat, Hello, LinkContact, Message, Phase, PlanAnswer,
     PlanRequest, RolloutRequest, RolloutResult, SCHEMA_VERSION, SensorFrame, Setup, Status, TactileSlice,
@@ -29,6 +29,7 @@ const END_PERIOD_TICKS: u32 = 50;
 /// of somebody else under one of our identifiers, most likely.
 const REACH_TICKS: u32 = 1_000;
 const SMALL_RX_BYTES: usize = received_bytes(SMALL_BYTES, Mtu::Fd);
+const SETUP_RX_BYTES: usize = received_bytes(SETUP_BYTES, Mtu::Fd);
 const LINK_RX_BYTES: usize = received_bytes(LinkContact::WIRE_LEN, Mtu::Fd);
 const LARGE_RX_BYTES: usize = received_bytes(PAYLOAD_BYTES_MAX, Mtu::Fd);
 
@@ -88,7 +89,7 @@ pub struct Node {
     controller: Controller,
     mtu: Mtu,
     sender: Sender<8>,
-    setup: Session<SMALL_RX_BYTES>,
+    setup: Session<SETUP_RX_BYTES>,
     sensors: Session<SMALL_RX_BYTES>,
     tactile: Session<SMALL_RX_BYTES>,
     links: Session<LINK_RX_BYTES>,
@@ -448,6 +449,7 @@ fn setup_of(payload: &[u8]) -> Option<(Setup, Option<u64>)> {
         shape: ObjectShape::Cuboid { half_extents_m: [0.0; 3] },
         guess: PlanarPose::default(),
         interval: Interval::default(),
+        obstacles: [None; OBSTACLES_MAX],
         displacement_m: [0.0; 2],
         mass_kg: 0.0,
         trials_max: 0,

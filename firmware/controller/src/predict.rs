@@ -4,7 +4,7 @@
 //! (a step never longer than the separation over the fastest point's speed), so nothing is jumped over.
 
 use crate::touch::TouchPlan;
-use crate::work::{POSES, SEPARATION, Work};
+use crate::work::{POSES, Work};
 use tactus_common::limits::FINGERS;
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::hand::{self, ENGAGED_RATIO};
@@ -83,8 +83,8 @@ pub type Prediction = [FingerPrediction; FINGERS];
 pub fn predict(plan: &TouchPlan, believed: &PlanarPose, hypothesis: &PlanarPose, shape: &ObjectShape) -> Prediction {
     let mut predictor = Predictor::default();
     predictor.begin(plan, believed, hypothesis, shape);
-    predictor.open(&mut Work::unlimited());
-    predictor.close(&mut Work::unlimited());
+    predictor.open(shape, &mut Work::unlimited());
+    predictor.close(shape, &mut Work::unlimited());
     predictor.felt
 }
 
@@ -102,10 +102,10 @@ struct Finger {
     steps: u8,
 }
 
-/// A prediction under way, in slices: first the open hand ([`Self::open`]), then the closing ([`Self::close`]).
+/// A prediction under way, in slices: first the open hand ([`Self::open`]), then the closing ([`Self::close`]), all with
+/// the shape that it was begun with.
 #[derive(Clone, Debug, Default)]
 pub struct Predictor {
-    shape: ObjectShape,
     sin_cos_phi: (f32, f32),
     closes: [bool; FINGERS],
     fingers: [Finger; FINGERS],
@@ -130,7 +130,6 @@ impl Predictor {
         shape: &ObjectShape,
     ) {
         let object_from_hand = hypothesis.isometry(shape.rest_height_m()).inverse() * world_from_hand;
-        self.shape = *shape;
         self.sin_cos_phi = libm::sincosf(hypothesis.phi_rad);
         self.closes = plan.closes;
         let fingers = self.fingers.iter_mut().zip(HandLink::KNUCKLES).enumerate();
@@ -147,12 +146,12 @@ impl Predictor {
     }
 
     /// Which fingers come down on the object. `true` once that is known of all.
-    pub fn open(&mut self, work: &mut Work) -> bool {
+    pub fn open(&mut self, shape: &ObjectShape, work: &mut Work) -> bool {
         while let Some((finger, felt)) = self.fingers.get_mut(self.opened).zip(self.felt.get_mut(self.opened)) {
-            if !work.is_left() {
+            if !work.is_left_for(shape) {
                 return false;
             }
-            finger.distance_m = finger.nearest(self.opened, &self.shape, work).map(|(_, found)| found.distance_m);
+            finger.distance_m = finger.nearest(self.opened, shape, work).map(|(_, found)| found.distance_m);
             if finger.distance_m.is_some_and(|distance_m| distance_m < -LANDED_M) {
                 *felt = FingerPrediction::Landed;
             }
@@ -162,14 +161,14 @@ impl Predictor {
     }
 
     /// After [`Self::open`]: closes the fingers that have not landed. `true` once all have come to their end.
-    pub fn close(&mut self, work: &mut Work) -> bool {
+    pub fn close(&mut self, shape: &ObjectShape, work: &mut Work) -> bool {
         while let Some((finger, felt)) = self.fingers.get_mut(self.closed).zip(self.felt.get_mut(self.closed)) {
             if *felt != FingerPrediction::Landed && self.closes.get(self.closed) == Some(&true) {
                 loop {
-                    if !work.is_left() {
+                    if !work.is_left_for(shape) {
                         return false;
                     }
-                    if let Some(end) = finger.step(self.closed, &self.shape, self.sin_cos_phi, work) {
+                    if let Some(end) = finger.step(self.closed, shape, self.sin_cos_phi, work) {
                         *felt = end;
                         break;
                     }
@@ -222,12 +221,12 @@ impl Finger {
         let [inner_pose, tip_pose] = hand::finger_poses(&self.knuckle, index, self.inner_rad, distal_rad)?;
         let (inner, tip) = (*HandLink::INNERS.get(index)?, *HandLink::TIPS.get(index)?);
         // Tips touch most often, so they come first: what is known to be farther is not worked out.
-        work.spend(POSES + SEPARATION);
+        work.spend(POSES + shape.separation_cost());
         let mut nearest = shape.separation(&tip_pose, hand_prism(tip)).map(|found| (tip, found));
         let mut look = |link: HandLink, pose: &Isometry3<f32>, bound_m: f32| {
             let limit_m = nearest.as_ref().map_or(f32::INFINITY, |(_, found)| found.distance_m);
             if bound_m < limit_m {
-                work.spend(SEPARATION);
+                work.spend(shape.separation_cost());
                 if let Some(found) = shape.separation_below(pose, hand_prism(link), limit_m) {
                     nearest = Some((link, found));
                 }
@@ -290,8 +289,8 @@ mod tests {
             let plan = candidate(id, &SHAPE).expect("listed");
             let mut sliced = Predictor::default();
             sliced.begin(&plan, &believed, &truth, &SHAPE);
-            while !sliced.open(&mut Work::units(1)) {}
-            while !sliced.close(&mut Work::units(1)) {}
+            while !sliced.open(&SHAPE, &mut Work::units(1)) {}
+            while !sliced.close(&SHAPE, &mut Work::units(1)) {}
             assert_eq!(*sliced.felt(), predict(&plan, &believed, &truth, &SHAPE));
         }
     }

@@ -10,7 +10,7 @@ use crate::onset::{Felt, Onset};
 use core::f32::consts::PI;
 use nalgebra::{Isometry3, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
 use std::vec::Vec;
-use tactus_common::limits::{ARM_ACCELERATION_MAX_RAD_S2, ARM_JOINTS, FINGERS, HAND_MOTORS, TICK_S};
+use tactus_common::limits::{ARM_ACCELERATION_MAX_RAD_S2, ARM_JOINTS, FINGERS, HAND_MOTORS, OBSTACLES_MAX, TICK_S};
 use tactus_common::message::{
     PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, RefusalReason, RolloutRequest, RolloutResult, SCHEMA_VERSION,
     Setup,
@@ -47,6 +47,7 @@ pub fn setup() -> Setup {
         shape: BOX,
         guess: PlanarPose::new(0.21, -0.108, 0.0),
         interval: Interval { x_m: 0.02, y_m: 0.02, phi_rad: 0.1 },
+        obstacles: [None; OBSTACLES_MAX],
         displacement_m: [-0.5, 0.0],
         mass_kg: 0.6,
         trials_max: 12,

@@ -187,8 +187,9 @@ impl Update {
         let evidence = evidence.into();
         let narrow = self.config.geometric;
         let wide = narrow.wide();
-        let narrow = Geometric::new(evidence.store, &self.prior.shape, &narrow);
-        let wide = Geometric::new(evidence.store, &self.prior.shape, &wide);
+        let shape = self.prior.shape;
+        let narrow = Geometric::new(evidence.store, &shape, &narrow);
+        let wide = Geometric::new(evidence.store, &shape, &wide);
         while work.is_left() {
             match self.phase {
                 Phase::Explore { .. } | Phase::Seek { .. } => self.search(&wide, &evidence, work),
@@ -251,7 +252,7 @@ impl Update {
                     self.start_exploring(next);
                 } else {
                     sort_by_error(&mut self.ends);
-                    merge(&mut self.ends);
+                    merge(&mut self.ends, self.prior.shape.yaw_symmetry_rad());
                     work.spend(GATHERING);
                     self.start_polishing(0);
                 }
@@ -278,15 +279,18 @@ impl Update {
     }
 
     fn finish_polishing(&mut self) {
-        sort_by_error(&mut self.polished);
-        merge(&mut self.polished);
+        self.order_polished();
         self.start_probing();
     }
 
     fn finish_probing(&mut self) {
-        sort_by_error(&mut self.polished);
-        merge(&mut self.polished);
+        self.order_polished();
         self.phase = Phase::Check;
+    }
+
+    fn order_polished(&mut self) {
+        sort_by_error(&mut self.polished);
+        merge(&mut self.polished, self.prior.shape.yaw_symmetry_rad());
     }
 
     /// Has the limit of evaluations, if there is one, not been reached yet?

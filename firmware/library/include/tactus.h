@@ -21,13 +21,13 @@
 #include <stdint.h>
 
 /// Version of this interface: it grows by one whenever a struct, a constant or a function changes its meaning.
-#define TACTUS_ABI_VERSION 2
+#define TACTUS_ABI_VERSION 3
 
 /// Bytes that are enough for a controller on every target; `tactus_controller_size` says how many one takes here.
-#define TACTUS_CONTROLLER_SIZE 36864
+#define TACTUS_CONTROLLER_SIZE 53248
 
 /// `TACTUS_CONTROLLER_SIZE` in words of 64 bits.
-#define TACTUS_CONTROLLER_WORDS 4608
+#define TACTUS_CONTROLLER_WORDS 6656
 
 /// Alignment that a controller's memory needs, bytes.
 #define TACTUS_CONTROLLER_ALIGN 8
@@ -36,10 +36,10 @@
 #define TACTUS_EVENTS_MAX 8
 
 /// Bytes that are enough for an estimator on every target; `tactus_estimator_size` says how many one takes here.
-#define TACTUS_ESTIMATOR_SIZE 24576
+#define TACTUS_ESTIMATOR_SIZE 28672
 
 /// `TACTUS_ESTIMATOR_SIZE` in words of 64 bits.
-#define TACTUS_ESTIMATOR_WORDS 3072
+#define TACTUS_ESTIMATOR_WORDS 3584
 
 /// Alignment that an estimator's memory needs, bytes.
 #define TACTUS_ESTIMATOR_ALIGN 8
@@ -337,6 +337,8 @@ enum TactusFault
     TACTUS_FAULT_SCHEMA_MISMATCH = 7,
     /// A request was not answered within 10 s.
     TACTUS_FAULT_HOST_SLOW = 8,
+    /// The mission asks for what is not compiled in; cannot happen with this library.
+    TACTUS_FAULT_NOT_IN_IMAGE = 9,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

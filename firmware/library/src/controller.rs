@@ -14,9 +14,9 @@ use tactus_controller::controller::{Controller, EVENTS_MAX, Inputs, Outputs};
 use tactus_controller::mission::Mission;
 
 /// Bytes that are enough for a controller on every target; `tactus_controller_size` says how many one takes here.
-pub const TACTUS_CONTROLLER_SIZE: usize = 36864;
+pub const TACTUS_CONTROLLER_SIZE: usize = 53248;
 /// `TACTUS_CONTROLLER_SIZE` in words of 64 bits.
-pub const TACTUS_CONTROLLER_WORDS: usize = 4608;
+pub const TACTUS_CONTROLLER_WORDS: usize = 6656;
 /// Alignment that a controller's memory needs, bytes.
 pub const TACTUS_CONTROLLER_ALIGN: usize = 8;
 /// Most events of one tick.

@@ -13,9 +13,9 @@ use tactus_controller::update::{Progress, Update, UpdateConfig};
 use tactus_controller::work::Work;
 
 /// Bytes that are enough for an estimator on every target; `tactus_estimator_size` says how many one takes here.
-pub const TACTUS_ESTIMATOR_SIZE: usize = 24576;
+pub const TACTUS_ESTIMATOR_SIZE: usize = 28672;
 /// `TACTUS_ESTIMATOR_SIZE` in words of 64 bits.
-pub const TACTUS_ESTIMATOR_WORDS: usize = 3072;
+pub const TACTUS_ESTIMATOR_WORDS: usize = 3584;
 /// Alignment that an estimator's memory needs, bytes.
 pub const TACTUS_ESTIMATOR_ALIGN: usize = 8;
 /// Lengths, metres, and angles, radians, beyond this make no sense on a table.
@@ -86,7 +86,7 @@ impl TactusPrior {
         let sound = guess.to_array().iter().all(near)
             && interval.to_array().iter().all(|w| *w >= 0.0 && near(w))
             && shape.half_extents_m().iter().all(near);
-        if sound { Ok(Prior { guess, interval, shape }) } else { Err(TactusResult::BadValue) }
+        if sound { Ok(Prior::new(&guess, &interval, &shape)) } else { Err(TactusResult::BadValue) }
     }
 }
 

@@ -4,6 +4,7 @@ use crate::geometry::{TactusInterval, TactusPose, TactusShape};
 use crate::handle::Plain;
 use crate::plan::TactusRefusal;
 use crate::result::TactusResult;
+use tactus_common::limits::OBSTACLES_MAX;
 use tactus_common::message::{FailureReason, FaultReason, Outcome, Phase, SCHEMA_VERSION, Setup};
 use tactus_common::method::Method;
 
@@ -35,6 +36,7 @@ impl TactusSetup {
             shape: self.shape.to_rust()?,
             guess: self.guess.to_rust(),
             interval: self.interval.to_rust(),
+            obstacles: [None; OBSTACLES_MAX],
             displacement_m: self.displacement_m,
             mass_kg: self.mass_kg,
             trials_max: self.trials_max,
@@ -140,6 +142,8 @@ pub enum TactusFault {
     SchemaMismatch = 7,
     /// A request was not answered within 10 s.
     HostSlow = 8,
+    /// The mission asks for what is not compiled in; cannot happen with this library.
+    NotInImage = 9,
 }
 
 /// How a mission ended, and why.
@@ -193,6 +197,7 @@ impl From<Option<Outcome>> for TactusOutcome {
                     FaultReason::BadSetup => (TactusFault::BadSetup, u8::MAX),
                     FaultReason::SchemaMismatch => (TactusFault::SchemaMismatch, u8::MAX),
                     FaultReason::HostSlow => (TactusFault::HostSlow, u8::MAX),
+                    FaultReason::NotInImage => (TactusFault::NotInImage, u8::MAX),
                 };
                 Self { end: TactusEnd::Fault, fault, joint, ..Self::NOT_YET }
             }

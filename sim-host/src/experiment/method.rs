@@ -72,19 +72,19 @@ impl Method {
         update: &'a CapturedUpdate,
         mental: &'a MentalModel,
     ) -> Box<dyn Fn(&PlanarPose) -> f32 + Sync + 'a> {
-        let shape = update.prior.shape;
+        let shape = &update.prior.shape;
         let Some(published) = self.config.published() else {
-            let geometric = Geometric::new(&update.evidence, &shape, &self.config.geometric);
+            let geometric = Geometric::new(&update.evidence, shape, &self.config.geometric);
             return Box::new(move |pose| geometric.evaluate(pose).error);
         };
         match self.config.predictor {
             PredictorKind::Kinematic => {
-                let kinematic = Published::new(&update.felt, &shape, &published);
+                let kinematic = Published::new(&update.felt, shape, &published);
                 Box::new(move |pose| kinematic.evaluate(pose).error)
             }
             PredictorKind::Simulation => Box::new(move |pose| {
                 let foretold = |touch: &FeltTouch| {
-                    let result = roll_out(mental, &shape, &touch.question(pose), 0);
+                    let result = roll_out(mental, shape, &touch.question(pose), 0);
                     published.between(&touch.rolled_out(&result), &touch.felt)
                 };
                 update.felt.iter().map(foretold).sum()

@@ -44,7 +44,7 @@ impl PublishedConfig {
 #[derive(Clone, Copy, Debug)]
 pub struct Published<'a> {
     touches: &'a [FeltTouch],
-    shape: ObjectShape,
+    shape: &'a ObjectShape,
     config: PublishedConfig,
 }
 
@@ -62,8 +62,8 @@ pub struct UnderWay {
 
 impl<'a> Published<'a> {
     /// The error of poses of `shape` given these touches; 0 everywhere without any.
-    pub fn new(touches: &'a [FeltTouch], shape: &ObjectShape, config: &PublishedConfig) -> Self {
-        Self { touches, shape: *shape, config: *config }
+    pub fn new(touches: &'a [FeltTouch], shape: &'a ObjectShape, config: &PublishedConfig) -> Self {
+        Self { touches, shape, config: *config }
     }
 
     /// Begins to evaluate the error at `pose`.
@@ -79,11 +79,11 @@ impl<'a> Published<'a> {
             }
             let predictor = &mut under_way.predictor;
             if !under_way.predicting {
-                predictor.begin_at(&touch.carried_out(), &touch.world_from_hand, &under_way.pose, &self.shape);
+                predictor.begin_at(&touch.carried_out(), &touch.world_from_hand, &under_way.pose, self.shape);
                 under_way.predicting = true;
                 work.spend(MATRICES);
             }
-            if !predictor.open(work) || !predictor.close(work) {
+            if !predictor.open(self.shape, work) || !predictor.close(self.shape, work) {
                 return None;
             }
             under_way.error += self.config.between(&touch.foretold(predictor.felt()), &touch.felt);

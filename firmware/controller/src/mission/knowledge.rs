@@ -1,13 +1,17 @@
 //! What one mission was told and has learnt.
 
+use super::obstructed::may_have_touched;
 use crate::belief::{Belief, Prior};
-use crate::evidence::EvidenceStore;
+use crate::evidence::{ContactKind, EvidenceStore, Toucher};
 use crate::felt_touch::FeltTouches;
 use crate::touch::TouchHistory;
 use crate::update::UpdateConfig;
+use nalgebra::Isometry3;
+use tactus_common::limits::OBSTACLES_MAX;
 use tactus_common::message::{FaultReason, SCHEMA_VERSION, Setup};
 use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
+use tactus_common::robot::hand::HandAngles;
 use tactus_common::shape::ObjectShape;
 
 /// Lengths (metres), angles (radians) and masses (kilograms) of a set-up beyond this make no sense on a table.
@@ -40,6 +44,7 @@ const NO_SETUP: Setup = Setup {
     shape: ObjectShape::THESIS_BOX,
     guess: PlanarPose { x_m: 0.0, y_m: 0.0, phi_rad: 0.0 },
     interval: Interval { x_m: 0.0, y_m: 0.0, phi_rad: 0.0 },
+    obstacles: [None; OBSTACLES_MAX],
     displacement_m: [0.0; 2],
     mass_kg: 0.0,
     trials_max: 0,
@@ -66,7 +71,8 @@ impl Knowledge {
     /// Takes what a set-up tells, and forgets the rest.
     ///
     /// # Errors
-    /// [`FaultReason::SchemaMismatch`], or [`FaultReason::BadSetup`] for values that make no sense; nothing has changed
+    /// [`FaultReason::SchemaMismatch`], [`FaultReason::NotInImage`] for an optimiser that this image lacks, or
+    /// [`FaultReason::BadSetup`] for values that make no sense; nothing has changed
     /// then.
     pub fn begin(&mut self, setup: &Setup) -> Result<(), FaultReason> {
         check(setup)?;
@@ -79,11 +85,28 @@ impl Knowledge {
 
     /// Forgets where the object was: it lies somewhere in `guess +- interval`.
     pub fn search_anew(&mut self, guess: PlanarPose, interval: Interval) {
-        self.prior = Prior { guess, interval, shape: self.setup.shape };
+        self.prior = Prior::new(&guess, &interval, &self.setup.shape);
         self.belief = Belief::from_prior(&self.prior);
         self.store.begin(self.setup.shape.top_height_m());
         self.felt.forget();
         self.history = TouchHistory::default();
+    }
+
+    /// Records that `toucher` felt the object; `false` if it may have been an obstacle: then it tells nothing about the object
+    /// and is not kept.
+    pub fn note_contact(
+        &mut self,
+        world_from_hand: &Isometry3<f32>,
+        angles: &HandAngles,
+        toucher: Toucher,
+        kind: ContactKind,
+    ) -> bool {
+        if may_have_touched(self.setup.obstacles.iter().flatten(), world_from_hand, angles, toucher) {
+            return false;
+        }
+        // A full store drops the newest and counts it; the touch still counts with what it has.
+        let _ = self.store.add_contact(world_from_hand, angles, toucher, kind);
+        true
     }
 
     /// Displacement of the object that remains, metres.
@@ -104,19 +127,25 @@ impl Knowledge {
 /// Whether a set-up makes sense.
 ///
 /// # Errors
-/// [`FaultReason::SchemaMismatch`], or [`FaultReason::BadSetup`] for values that make no sense.
+/// [`FaultReason::SchemaMismatch`], [`FaultReason::NotInImage`] for an optimiser that this image lacks, or
+/// [`FaultReason::BadSetup`] for values that make no sense.
 pub fn check(setup: &Setup) -> Result<(), FaultReason> {
     if u64::from_le_bytes(setup.schema_version) != SCHEMA_VERSION {
         return Err(FaultReason::SchemaMismatch);
     }
-    if is_sound(setup) { Ok(()) } else { Err(FaultReason::BadSetup) }
+    if !is_sound(setup) {
+        return Err(FaultReason::BadSetup);
+    }
+    let is_built_in = UpdateConfig::of(&setup.method).is_some_and(|config| config.optimiser.is_built_in());
+    if is_built_in { Ok(()) } else { Err(FaultReason::NotInImage) }
 }
 
 /// Finite and of a size that a table has. Comparisons with a NaN are false.
 fn is_sound(setup: &Setup) -> bool {
     let near = |v: &f32| v.abs() <= SETUP_MAX;
-    setup.shape.is_valid()
-        && setup.shape.half_extents_m().iter().all(near)
+    let is_shape = |shape: &ObjectShape| shape.is_valid() && shape.half_extents_m().iter().all(near);
+    is_shape(&setup.shape)
+        && setup.obstacles.iter().flatten().all(|o| is_shape(&o.shape) && o.pose.to_array().iter().all(near))
         && setup.guess.to_array().iter().all(near)
         && setup.interval.to_array().iter().all(|w| *w >= 0.0 && near(w))
         && setup.displacement_m.iter().all(near)

@@ -2,6 +2,8 @@
 
 pub mod candidates;
 pub mod choose;
+mod clear;
+pub mod layout;
 #[cfg(test)]
 pub(crate) mod rehearse;
 
