@@ -1,6 +1,7 @@
 //! Tests of the whole world that are not physics measurements (those are in `tests/physics.rs`).
 
 use super::*;
+use tactus_common::shape::ObjectShape;
 
 mod physics;
 
@@ -41,7 +42,7 @@ fn overlapping_bodies_are_refused_by_name() {
     let hand = World::new(&Scene::default(), &Mismatch::none(), 0).unwrap().hand_pose().translation.vector;
     let scene = Scene {
         object: tactus_common::pose::PlanarPose::new(hand.x, hand.y, 0.0),
-        half_extents_m: [0.1, 0.05, 0.25],
+        shape: ObjectShape::Cuboid { half_extents_m: [0.1, 0.05, 0.25] },
         ..Scene::default()
     };
     let error = World::new(&scene, &Mismatch::none(), 0).err().unwrap();
