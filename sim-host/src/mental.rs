@@ -348,6 +348,22 @@ mod tests {
     }
 
     #[test]
+    fn an_obstacle_is_felt_as_an_object_of_its_shape_would_be() {
+        let box_at = PlanarPose::new(0.2, -0.1, 0.0);
+        let aside = RolloutInput { object: PlanarPose::new(-0.4, 0.1, 0.0), ..over_the_box(box_at) };
+        let obstacle = Obstacle { shape: ObjectShape::THESIS_BOX, pose: box_at };
+        let alone = MentalModel::new().unwrap();
+        assert_eq!(alone.rollout(&aside).unwrap().onset_rad, [None; FINGERS], "nothing is there");
+        let felt = alone.rollout(&over_the_box(box_at)).unwrap().onset_rad.map(|q| q.unwrap());
+        let among = MentalModel::new().unwrap().among(&[obstacle]);
+        let met = among.rollout(&aside).unwrap().onset_rad.map(|q| q.unwrap());
+        assert!(felt.iter().zip(&met).all(|(a, b)| (a - b).abs() < 5e-3), "{felt:?} {met:?}");
+        // A hypothesis with the object within the obstacle is rolled out as if that were not there.
+        let within = among.rollout(&over_the_box(box_at)).unwrap();
+        assert!(within.object_shift_m < 1e-3, "{} m", within.object_shift_m);
+    }
+
+    #[test]
     fn two_rollouts_of_the_same_input_are_the_same() {
         let mental = MentalModel::new().unwrap();
         let input = over_the_box(PlanarPose::new(0.21, -0.105, 0.1));

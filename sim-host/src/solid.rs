@@ -1,6 +1,8 @@
 //! Shapes as the physics library has them.
 
-use rapier3d::prelude::{Pose, Rotation, SharedShape, Vector};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use rapier3d::parry::mass_properties::details::tetrahedron_unit_inertia_tensor_wrt_point;
+use rapier3d::prelude::{ColliderBuilder, MassProperties, Pose, Rotation, SharedShape, Vector};
 use tactus_common::shape::ObjectShape;
 
 /// The solid of a body.
@@ -16,6 +18,8 @@ pub struct Solid {
     pub half_extents_m: [f32; 3],
     /// Radius of what rolls, metres; `None` for what has edges.
     pub roll_radius_m: Option<f32>,
+    /// Inertia of a hull of mass 1 kg about its centroid; the library knows that of the other shapes.
+    hull_inertia_m2: Option<Matrix3<f32>>,
 }
 
 impl Solid {
@@ -34,6 +38,7 @@ impl Solid {
         let upright = Pose::from_rotation(Rotation::from_rotation_arc(Vector::Y, Vector::Z));
         let mut rest_height_m = resized.rest_height_m();
         let mut half_extents_m = resized.half_extents_m();
+        let mut hull_inertia_m2 = None;
         let (in_body, shape, roll_radius_m) = match &resized {
             ObjectShape::Cuboid { half_extents_m: [x, y, z] } => {
                 (Pose::IDENTITY, SharedShape::cuboid(*x, *y, *z), None)
@@ -54,12 +59,53 @@ impl Solid {
                     .map(|c| Vector::new(c[0] * scale[0], c[1] * scale[1], c[2] * scale[2]))
                     .collect();
                 rest_height_m *= scale[2];
+                let faces = hull.faces().map(|face| face.iter().map(|i| usize::from(*i)).collect());
+                hull_inertia_m2 = Some(inertia_m2(&corners, faces));
                 half_extents_m = core::array::from_fn(|axis| half_extents_m[axis] * scale[axis]);
                 (Pose::IDENTITY, SharedShape::convex_hull(&corners)?, None)
             }
         };
-        Some(Self { in_body, shape, rest_height_m, half_extents_m, roll_radius_m })
+        Some(Self { in_body, shape, rest_height_m, half_extents_m, roll_radius_m, hull_inertia_m2 })
     }
+
+    /// A collider of this solid and mass, homogeneous.
+    pub fn collider(&self, mass_kg: f32) -> ColliderBuilder {
+        let collider = ColliderBuilder::new(self.shape.clone()).position(self.in_body);
+        match &self.hull_inertia_m2 {
+            None => collider.mass(mass_kg),
+            Some(inertia_m2) => collider.mass_properties(mass_properties(mass_kg, &(inertia_m2 * mass_kg))),
+        }
+    }
+}
+
+/// Inertia of a homogeneous solid of 1 kg about the origin, its centroid: the sum over the tetrahedra between it and the
+/// triangles of its faces.
+fn inertia_m2(corners_m: &[Vector], faces: impl Iterator<Item = Vec<usize>>) -> Matrix3<f32> {
+    let (mut volume_m3, mut moments) = (0.0, Matrix3::zeros());
+    for face in faces {
+        for (b, c) in face.iter().zip(face.iter().skip(1)).skip(1) {
+            let [a, b, c] = [face[0], *b, *c].map(|i| corners_m[i]);
+            let part_m3 = a.dot(b.cross(c)) / 6.0;
+            let part = tetrahedron_unit_inertia_tensor_wrt_point(Vector::ZERO, Vector::ZERO, a, b, c);
+            moments += Matrix3::from_column_slice(&part.to_cols_array()) * part_m3;
+            volume_m3 += part_m3;
+        }
+    }
+    moments / volume_m3
+}
+
+/// Mass properties by nalgebra's decomposition: parry's own finds wrong axes for a body that is alike about two of them.
+fn mass_properties(mass_kg: f32, inertia_kg_m2: &Matrix3<f32>) -> MassProperties {
+    let eigen = inertia_kg_m2.symmetric_eigen();
+    let mut axes = eigen.eigenvectors;
+    if axes.determinant() < 0.0 {
+        axes.column_mut(2).neg_mut();
+    }
+    let frame = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
+    let [x, y, z, w] = frame.coords.into();
+    let [a, b, c] = eigen.eigenvalues.into();
+    let principal = Vector::new(a, b, c);
+    MassProperties::with_principal_inertia_frame(Vector::ZERO, mass_kg, principal, Rotation::from_xyzw(x, y, z, w))
 }
 
 /// The shape with its dimensions changed; a hull as it is, for its corners are moved where they are used.

@@ -1,5 +1,6 @@
 //! What the planner promises, checked on the trajectories that it returns.
 
+mod obstacles;
 mod report;
 mod witness;
 

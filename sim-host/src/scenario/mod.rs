@@ -314,9 +314,14 @@ enum Unsound {
 
 /// The text of a scene file.
 fn read(path: &Path) -> anyhow::Result<String> {
-    // A name without an ending, meant as one of the built-in scenes perhaps.
-    let hint =
-        || if path.extension().is_none() { format!("; built in are {}", built_in::names()) } else { String::new() };
+    // A name without an ending that is no file is meant as one of the built-in scenes perhaps.
+    let hint = || {
+        if path.extension().is_none() && !path.exists() {
+            format!("; built in are {}", built_in::names())
+        } else {
+            String::new()
+        }
+    };
     let bytes = mesh::read_bounded(path, SCENE_BYTES_MAX).map_err(|told| anyhow::anyhow!("{told}{}", hint()))?;
     String::from_utf8(bytes).map_err(|e| anyhow::anyhow!("not a text: {}", e.utf8_error()))
 }

@@ -222,9 +222,8 @@ fn insert_free(
 ) -> Inserted {
     let stands = at.isometry(solid.rest_height_m).into();
     let body = physics.insert_body(RigidBodyBuilder::dynamic().pose(stands).can_sleep(false));
-    let collider = ColliderBuilder::new(solid.shape.clone())
-        .position(solid.in_body)
-        .mass(mass_kg)
+    let collider = solid
+        .collider(mass_kg)
         .friction(1.0)
         .friction_combine_rule(CoefficientCombineRule::Multiply)
         .collision_groups(groups::object());
