@@ -1,4 +1,8 @@
-//! A convex polyhedron of bounded size.
+//! A convex polyhedron of bounded size, and ([`separation_below`]) its separation from a prism.
+
+mod separation;
+
+pub use separation::separation_below;
 
 use core::f32::consts::TAU;
 use core::fmt;
@@ -27,7 +31,7 @@ const AREA_MIN_M2: f32 = 1e-8;
 
 /// A closed convex polyhedron of at most [`HULL_CORNERS_MAX`] corners, [`HULL_FACES_MAX`] faces and
 /// [`HULL_EDGES_MAX`] edges, its origin inside. What separations need again and again is worked out once.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(from = "HullOnWire", into = "HullOnWire")]
 pub struct Hull {
     /// The first `corner_count` are used; object frame, metres.
@@ -112,15 +116,6 @@ impl fmt::Display for HullFault {
 
 impl core::error::Error for HullFault {}
 
-/// One edge of a hull, met once.
-#[derive(Clone, Copy, Debug)]
-pub struct HullEdge {
-    /// Where it begins and ends, metres.
-    pub ends_m: [Vector3<f32>; 2],
-    /// Unit normals of the faces to its left and right, seen from outside.
-    pub normals: [Vector3<f32>; 2],
-}
-
 impl Hull {
     /// What stands for bytes that are no hull: without corners, and not valid.
     const NONE: Self = Self {
@@ -169,17 +164,19 @@ impl Hull {
             .map(|[x, y, z, offset_m]| (Vector3::new(*x, *y, *z), *offset_m))
     }
 
-    /// The edges, each once.
-    pub fn edges(&self) -> impl Iterator<Item = HullEdge> {
+    /// The edges, each once: where each begins and ends, metres.
+    pub fn edges(&self) -> impl Iterator<Item = [Vector3<f32>; 2]> {
+        self.edges_between().map(|(_, ends_m)| ends_m)
+    }
+
+    /// The edges, each once, with the faces to the left and to the right seen from outside.
+    fn edges_between(&self) -> impl Iterator<Item = ([usize; 2], [Vector3<f32>; 2])> {
         self.ranges().flat_map(move |(face, from, to)| {
             (from..to).filter_map(move |slot| {
-                let other = *self.across.get(slot)?;
+                let other = usize::from(*self.across.get(slot)?);
                 let next = if slot + 1 < to { slot + 1 } else { from };
-                (usize::from(other) > face).then_some(())?;
-                Some(HullEdge {
-                    ends_m: [self.corner_of_slot(slot)?, self.corner_of_slot(next)?],
-                    normals: [self.normal(face)?, self.normal(usize::from(other))?],
-                })
+                (other > face).then_some(())?;
+                Some(([face, other], [self.corner_of_slot(slot)?, self.corner_of_slot(next)?]))
             })
         })
     }
@@ -361,6 +358,13 @@ impl Hull {
             let tolerance_sq = HULL_SYMMETRY_TOLERANCE_M * HULL_SYMMETRY_TOLERANCE_M;
             self.corners_m().iter().any(|other| apart_sq(other) < tolerance_sq)
         })
+    }
+}
+
+impl fmt::Debug for Hull {
+    /// The corners; the rest follows from them.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Hull").field("corners_m", &self.corners_m()).finish_non_exhaustive()
     }
 }
 

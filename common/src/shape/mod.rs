@@ -6,12 +6,15 @@
 //!   further shape is one more file and one more arm.
 //! * [`Obstacle`]: a shape that stands where it is known to stand.
 
+mod axis;
 pub mod capsule;
 pub mod cuboid;
 pub mod cylinder;
 pub mod hull;
+mod nearest;
 pub mod object;
 pub mod obstacle;
+mod placed;
 pub mod prism;
 pub mod separation;
 pub mod sphere;
@@ -21,3 +24,6 @@ pub use object::ObjectShape;
 pub use obstacle::Obstacle;
 pub use prism::{PRISM_CORNERS_MAX, Prism};
 pub use separation::Separation;
+
+#[cfg(test)]
+mod tests;

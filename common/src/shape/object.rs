@@ -1,6 +1,6 @@
 //! The list of object shapes that the estimator knows.
 
-use super::{Hull, Prism, Separation, capsule, cuboid, cylinder, sphere};
+use super::{Hull, Prism, Separation, capsule, cuboid, cylinder, hull, sphere};
 use core::f32::consts::{FRAC_PI_2, PI};
 use nalgebra::{Isometry3, Point3, Vector3};
 use postcard_schema::Schema;
@@ -140,13 +140,17 @@ impl ObjectShape {
         prism: &Prism,
         limit_m: f32,
     ) -> Option<Separation> {
+        let pose = object_from_link;
         match self {
-            Self::Cuboid { half_extents_m } => {
-                cuboid::separation_below(half_extents_m, object_from_link, prism, limit_m)
+            Self::Cuboid { half_extents_m } => cuboid::separation_below(half_extents_m, pose, prism, limit_m),
+            Self::Cylinder { radius_m, half_height_m } => {
+                cylinder::separation_below(*radius_m, *half_height_m, pose, prism, limit_m)
             }
-            Self::Cylinder { .. } | Self::Sphere { .. } | Self::Capsule { .. } | Self::Convex(_) => {
-                unimplemented!("the separation of a hand link from this shape: on this branch only")
+            Self::Sphere { radius_m } => sphere::separation_below(*radius_m, pose, prism, limit_m),
+            Self::Capsule { radius_m, half_length_m } => {
+                capsule::separation_below(*radius_m, *half_length_m, pose, prism, limit_m)
             }
+            Self::Convex(hull) => hull::separation_below(hull, pose, prism, limit_m),
         }
     }
 }

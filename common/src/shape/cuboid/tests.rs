@@ -1,6 +1,7 @@
 //! Properties of the box-prism separation, against differences and an independent distance.
 
 use super::*;
+use crate::shape::axis::{PARALLEL_SINE_SQ, cross_with_axis};
 use nalgebra::{Point3, Translation3, UnitQuaternion};
 use proptest::prelude::*;
 
@@ -187,21 +188,21 @@ proptest! {
     fn the_winning_axis_is_found_without_looking_at_all_as_well(
         t in [-0.3_f32..0.3, -0.3_f32..0.3, -0.3_f32..0.3], axis_angle in [-3.0_f32..3.0, -3.0_f32..3.0, -3.0_f32..3.0],
     ) {
-        let placed = Placed::new(&pose(t, axis_angle), &TIP);
-        let mut pruned = Best { distance_m: f32::NEG_INFINITY, normal: Vector3::z(), kind: AxisKind::BoxFace };
+        let (placed, body) = (Placed::new(&pose(t, axis_angle), &TIP).unwrap(), Cuboid(&HALF));
+        let mut pruned = Best::none();
         box_faces(&HALF, &placed, &mut pruned);
-        prism_faces(&HALF, &placed, &mut pruned);
-        cap_edges(&HALF, &placed, &mut pruned);
-        // Every axis of `cap_edges` worked out, root and division included.
+        pruned.offer_prism_faces(&body, &placed);
+        pruned.offer_cap_edges(&body, &EDGES, &placed);
+        // Every axis of `offer_cap_edges` worked out, root and division included.
         for (side, corner) in placed.sides() {
             for box_axis in 0..3 {
-                let cross = cross_with_box_edge(box_axis, &side.along);
+                let cross = cross_with_axis(box_axis, &side.along);
                 if cross.norm_squared() >= PARALLEL_SINE_SQ {
                     let sign = if cross.dot(&side.outward) > 0.0 { -1.0 } else { 1.0 };
                     let normal = cross * (sign / libm::sqrtf(cross.norm_squared()));
                     let rise = normal.dot(&placed.axes[2]);
                     let lowest_m = normal.dot(corner) + rise * placed.prism.z_m[usize::from(rise <= 0.0)];
-                    prop_assert!(lowest_m - box_reach_m(&HALF, &normal) <= pruned.distance_m);
+                    prop_assert!(lowest_m - body.reach_m(&normal) <= pruned.distance_m);
                 }
             }
         }
@@ -213,14 +214,14 @@ proptest! {
     fn beside_a_face_the_other_axes_need_no_look(
         t in [-0.3_f32..0.3, -0.3_f32..0.3, -0.3_f32..0.3], axis_angle in [-3.0_f32..3.0, -3.0_f32..3.0, -3.0_f32..3.0],
     ) {
-        let placed = Placed::new(&pose(t, axis_angle), &TIP);
-        let mut best = Best { distance_m: f32::NEG_INFINITY, normal: Vector3::z(), kind: AxisKind::BoxFace };
+        let (placed, body) = (Placed::new(&pose(t, axis_angle), &TIP).unwrap(), Cuboid(&HALF));
+        let mut best = Best::none();
         box_faces(&HALF, &placed, &mut best);
         if is_opposite_face(&HALF, &placed, &best) {
             let of_face_m = best.distance_m;
-            prism_faces(&HALF, &placed, &mut best);
-            cap_edges(&HALF, &placed, &mut best);
-            side_edges(&HALF, &placed, &mut best);
+            best.offer_prism_faces(&body, &placed);
+            best.offer_cap_edges(&body, &EDGES, &placed);
+            best.offer_side_edges(&body, &EDGES, &placed);
             prop_assert!(best.distance_m < of_face_m + 1e-6, "{} {of_face_m}", best.distance_m);
         }
     }

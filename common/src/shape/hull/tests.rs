@@ -41,9 +41,9 @@ fn a_box_is_a_hull_with_its_extents_edges_and_symmetry() {
     assert_eq!(hull.half_extents_m(), [0.1, 0.05, 0.08]);
     assert_eq!(hull.z_m(), [-0.08, 0.08]);
     assert_eq!((hull.edges().count(), hull.planes().count(), hull.yaw_symmetry_rad()), (12, 6, PI));
-    for edge in hull.edges() {
-        let along = (edge.ends_m[1] - edge.ends_m[0]).normalize();
-        assert!((edge.normals[0].cross(&edge.normals[1]) - along).norm() < 1e-5, "left, then right, seen from outside");
+    for ([left, right], [from, to]) in hull.edges_between() {
+        let turn = hull.normal(left).unwrap().cross(&hull.normal(right).unwrap());
+        assert!((turn - (to - from).normalize()).norm() < 1e-5, "left and right, seen from outside");
     }
 }
 
