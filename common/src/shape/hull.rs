@@ -181,6 +181,16 @@ impl Hull {
         })
     }
 
+    /// Number of faces.
+    pub const fn face_count(&self) -> usize {
+        self.face_count as usize
+    }
+
+    /// Number of edges: Euler's formula.
+    pub const fn edge_count(&self) -> usize {
+        (self.corner_count as usize + self.face_count as usize).saturating_sub(2)
+    }
+
     /// Half the extents of the smallest box about the origin that holds it, metres.
     pub fn half_extents_m(&self) -> [f32; 3] {
         self.half_extents_m

@@ -27,6 +27,13 @@ pub struct Prior {
 }
 
 impl Prior {
+    /// What a guess and an interval say about a shape: yaws that look alike are one. Of a shape that every turn leaves alike
+    /// the yaw is known, of the others at most half its symmetry to either side is to be searched.
+    pub fn new(guess: &PlanarPose, interval: &Interval, shape: &ObjectShape) -> Self {
+        let phi_rad = interval.phi_rad.min(0.5 * shape.yaw_symmetry_rad());
+        Self { guess: *guess, interval: Interval { phi_rad, ..*interval }, shape: *shape }
+    }
+
     /// The region as bounds of a search.
     pub fn bounds(&self) -> Bounds {
         Bounds::new(&self.guess, &self.interval)

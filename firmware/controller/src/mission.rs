@@ -30,7 +30,7 @@ use crate::work::Work;
 use carry::{Carry, CarryEnd};
 use enquiry::{Enquiry, HostSlow};
 use foresight::LastTouch;
-use grasp::{Grasp, GraspEnd, grasp_plan};
+use grasp::{Grasp, GraspEnd, GraspPlan};
 use knowledge::Knowledge;
 use recover::{Recover, RecoverEnd};
 use tactus_common::message::{
@@ -69,8 +69,10 @@ enum Doing {
     },
     /// Waits for what the mental world foretells.
     Confirming,
+    /// Waits for the way to the grasp of this rank.
     AskingGrasp {
         variant: u8,
+        plan: GraspPlan,
     },
     Grasping(Grasp),
     AskingTransport,
@@ -261,12 +263,12 @@ impl Mission {
                 }
             }
             Doing::Confirming => self.confirm(tools),
-            Doing::AskingGrasp { variant } => {
-                let variant = *variant;
+            Doing::AskingGrasp { variant, plan } => {
+                let (variant, plan) = (*variant, *plan);
                 Some(match self.plan(tools)? {
                     Ok(()) => {
                         self.knowledge.store.begin_touch();
-                        Doing::Grasping(Grasp::new(grasp_plan(variant)))
+                        Doing::Grasping(Grasp::new(plan))
                     }
                     Err(reason) => self.ask_grasp(variant + 1, reason, tools),
                 })

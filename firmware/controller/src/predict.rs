@@ -4,7 +4,7 @@
 //! (a step never longer than the separation over the fastest point's speed), so nothing is jumped over.
 
 use crate::touch::TouchPlan;
-use crate::work::{POSES, SEPARATION, Work};
+use crate::work::{POSES, Work};
 use tactus_common::limits::FINGERS;
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::hand::{self, ENGAGED_RATIO};
@@ -148,7 +148,7 @@ impl Predictor {
     /// Which fingers come down on the object. `true` once that is known of all.
     pub fn open(&mut self, shape: &ObjectShape, work: &mut Work) -> bool {
         while let Some((finger, felt)) = self.fingers.get_mut(self.opened).zip(self.felt.get_mut(self.opened)) {
-            if !work.is_left() {
+            if !work.is_left_for(shape) {
                 return false;
             }
             finger.distance_m = finger.nearest(self.opened, shape, work).map(|(_, found)| found.distance_m);
@@ -165,7 +165,7 @@ impl Predictor {
         while let Some((finger, felt)) = self.fingers.get_mut(self.closed).zip(self.felt.get_mut(self.closed)) {
             if *felt != FingerPrediction::Landed && self.closes.get(self.closed) == Some(&true) {
                 loop {
-                    if !work.is_left() {
+                    if !work.is_left_for(shape) {
                         return false;
                     }
                     if let Some(end) = finger.step(self.closed, shape, self.sin_cos_phi, work) {
@@ -221,12 +221,12 @@ impl Finger {
         let [inner_pose, tip_pose] = hand::finger_poses(&self.knuckle, index, self.inner_rad, distal_rad)?;
         let (inner, tip) = (*HandLink::INNERS.get(index)?, *HandLink::TIPS.get(index)?);
         // Tips touch most often, so they come first: what is known to be farther is not worked out.
-        work.spend(POSES + SEPARATION);
+        work.spend(POSES + shape.separation_cost());
         let mut nearest = shape.separation(&tip_pose, hand_prism(tip)).map(|found| (tip, found));
         let mut look = |link: HandLink, pose: &Isometry3<f32>, bound_m: f32| {
             let limit_m = nearest.as_ref().map_or(f32::INFINITY, |(_, found)| found.distance_m);
             if bound_m < limit_m {
-                work.spend(SEPARATION);
+                work.spend(shape.separation_cost());
                 if let Some(found) = shape.separation_below(pose, hand_prism(link), limit_m) {
                     nearest = Some((link, found));
                 }

@@ -242,7 +242,7 @@ impl Update {
                     self.start_exploring(next);
                 } else {
                     sort_by_error(&mut self.ends);
-                    merge(&mut self.ends);
+                    merge(&mut self.ends, self.prior.shape.yaw_symmetry_rad());
                     work.spend(GATHERING);
                     self.start_polishing(0);
                 }
@@ -270,7 +270,7 @@ impl Update {
 
     fn finish_polishing(&mut self) {
         sort_by_error(&mut self.polished);
-        merge(&mut self.polished);
+        merge(&mut self.polished, self.prior.shape.yaw_symmetry_rad());
         self.phase = Phase::Check;
     }
 

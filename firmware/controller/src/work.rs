@@ -1,7 +1,11 @@
 //! How much long computations may do in one tick.
 
-/// Separation of a link from the object, in units of [`Work`].
-pub(crate) const SEPARATION: u32 = 50;
+use tactus_common::shape::ObjectShape;
+
+/// Separation of a link from a box, in units of [`Work`]: what the pieces of work are measured by.
+const BOX_SEPARATION: u32 = ObjectShape::THESIS_BOX.separation_cost();
+/// Most separations in one indivisible piece: the links of a finger.
+const SEPARATIONS_MAX: u32 = 3;
 /// Poses of a finger's links at new angles.
 pub(crate) const POSES: u32 = 30;
 /// A link's bounding sphere against the object.
@@ -16,6 +20,8 @@ pub(crate) const GATHERING: u32 = 200;
 #[derive(Clone, Copy, Debug)]
 pub struct Work {
     left: u32,
+    /// Nothing has been done yet.
+    untouched: bool,
 }
 
 impl Work {
@@ -24,7 +30,7 @@ impl Work {
 
     /// So many units.
     pub const fn units(count: u32) -> Self {
-        Self { left: count }
+        Self { left: count, untouched: true }
     }
 
     /// As much as it takes: for callers that have no ticks.
@@ -35,10 +41,34 @@ impl Work {
     /// Notes that this much was done.
     pub(crate) fn spend(&mut self, units: u32) {
         self.left = self.left.saturating_sub(units);
+        self.untouched = false;
     }
 
     /// May more be done?
     pub fn is_left(&self) -> bool {
         self.left > 0
+    }
+
+    /// May a piece be begun that works out separations from this shape? For those that cost more than a box's, only while
+    /// the surplus is left as well, so that the piece that a tick may take more is none the larger; the first of a tick
+    /// always.
+    pub(crate) fn is_left_for(&self, shape: &ObjectShape) -> bool {
+        let surplus = SEPARATIONS_MAX * shape.separation_cost().saturating_sub(BOX_SEPARATION);
+        self.left > surplus || (self.untouched && self.left > 0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_costly_shape_leaves_room_for_its_last_piece_and_goes_on_in_every_tick() {
+        let cylinder = ObjectShape::Cylinder { radius_m: 0.04, half_height_m: 0.1 };
+        let mut work = Work::PER_TICK;
+        assert!(work.is_left_for(&cylinder));
+        work.spend(Work::PER_TICK.left - SEPARATIONS_MAX * (cylinder.separation_cost() - BOX_SEPARATION));
+        assert!(!work.is_left_for(&cylinder) && work.is_left_for(&ObjectShape::THESIS_BOX));
+        assert!(Work::units(1).is_left_for(&cylinder));
     }
 }

@@ -86,7 +86,7 @@ impl TactusPrior {
         let sound = guess.to_array().iter().all(near)
             && interval.to_array().iter().all(|w| *w >= 0.0 && near(w))
             && shape.half_extents_m().iter().all(near);
-        if sound { Ok(Prior { guess, interval, shape }) } else { Err(TactusResult::BadValue) }
+        if sound { Ok(Prior::new(&guess, &interval, &shape)) } else { Err(TactusResult::BadValue) }
     }
 }
 

@@ -40,7 +40,7 @@ fn a_box_is_a_hull_with_its_extents_edges_and_symmetry() {
     let hull = Hull::new(&box_corners([0.1, 0.05, 0.08]), BOX_FACES).unwrap();
     assert_eq!(hull.half_extents_m(), [0.1, 0.05, 0.08]);
     assert_eq!(hull.z_m(), [-0.08, 0.08]);
-    assert_eq!((hull.edges().count(), hull.planes().count(), hull.yaw_symmetry_rad()), (12, 6, PI));
+    assert_eq!((hull.edges().count(), hull.edge_count(), hull.face_count(), hull.yaw_symmetry_rad()), (12, 12, 6, PI));
     for ([left, right], [from, to]) in hull.edges_between() {
         let turn = hull.normal(left).unwrap().cross(&hull.normal(right).unwrap());
         assert!((turn - (to - from).normalize()).norm() < 1e-5, "left and right, seen from outside");

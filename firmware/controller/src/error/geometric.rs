@@ -8,7 +8,7 @@
 
 use super::{ErrorFunction, Evaluation, Slope};
 use crate::evidence::{Contact, ContactKind, EvidenceStore, FreeLink, PosedLink};
-use crate::work::{SEPARATION, SPHERE, Work};
+use crate::work::{SPHERE, Work};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use tactus_common::limits::HAND_LINKS;
 use tactus_common::pose::PlanarPose;
@@ -157,7 +157,7 @@ impl<'a> Geometric<'a> {
     fn walk(&self, walk: &mut Walk, work: &mut Work, mut each: impl FnMut(Term)) -> bool {
         let (contacts, free) = (self.store.contacts(), self.store.free());
         while walk.next < contacts.len() + free.len() {
-            if !work.is_left() {
+            if !work.is_left_for(self.shape) {
                 return false;
             }
             if let Some(contact) = contacts.get(walk.next) {
@@ -215,7 +215,7 @@ impl<'a> Geometric<'a> {
         if bound_m >= limit_m {
             return None;
         }
-        work.spend(SEPARATION);
+        work.spend(self.shape.separation_cost());
         self.shape.separation_below(&(at.object_from_world * posed.world_from_link), hand_prism(posed.link), limit_m)
     }
 

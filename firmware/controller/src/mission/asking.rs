@@ -1,7 +1,7 @@
 //! What the mission asks of the host, and what it does with the answers.
 
 use super::enquiry::{Enquiry, HostSlow};
-use super::grasp::{self, grasp_plan};
+use super::grasp::grasp_plan;
 use super::{Doing, Mission, Tools, recover};
 use tactus_common::message::{EventKind, FailureReason, FaultReason, PlanRequest, Preshape, Purpose, RefusalReason};
 use tactus_common::pose::PlanarPose;
@@ -29,15 +29,14 @@ impl Mission {
 
     /// Asks for the way to this grasp; `refusal` is why the one before was none.
     pub(super) fn ask_grasp(&mut self, variant: u8, refusal: RefusalReason, tools: &mut Tools) -> Doing {
-        if variant >= grasp::VARIANTS {
+        let Some(plan) = grasp_plan(variant, &self.knowledge.setup.shape) else {
             return self.fail(FailureReason::NoPlan(refusal));
-        }
-        let plan = grasp_plan(variant);
+        };
         let displacement_m = self.knowledge.displacement_m();
         let (placement, preshape) = (plan.placement, plan.preshape);
         let request = self.request(Purpose::Grasp, tools);
         self.ask(PlanRequest { placement, preshape, displacement_m, ..request }, tools);
-        Doing::AskingGrasp { variant }
+        Doing::AskingGrasp { variant, plan }
     }
 
     /// The object is held: asks for the way to its goal.

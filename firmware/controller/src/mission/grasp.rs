@@ -4,15 +4,15 @@ use super::closing::Closing;
 use super::descent::{Descent, DescentEnd};
 use super::withdraw::Withdraw;
 use super::{Knowledge, Tools, grip};
-use core::f32::consts::FRAC_PI_2;
+use crate::touch::layout::{Footprint, palm_height_m};
+use core::f32::consts::{FRAC_PI_2, PI};
 use tactus_common::limits::FINGERS;
 use tactus_common::message::{FaultReason, HandPlacement, Preshape};
 use tactus_common::pose::PlanarPose;
+use tactus_common::shape::ObjectShape;
 
-/// Ways to grasp: across the depth, F3 on either side.
-pub const VARIANTS: u8 = 2;
-/// Palm face above the object's top, metres: 30 mm keep the inner links off the edges, the rest is margin.
-const PALM_ABOVE_TOP_M: f32 = 0.046;
+/// Half the length of an object that the fingers still go across, with 45 mm to spare on either side, metres.
+const HALF_LENGTH_MAX_M: f32 = 0.09;
 /// Inner-link angle with which the hand comes down, radians.
 const OPEN_RAD: f32 = 0.25;
 /// A finger that comes this far has missed the object, radians.
@@ -29,16 +29,23 @@ pub struct GraspPlan {
     pub preshape: Preshape,
 }
 
-/// The ways to grasp, best first. The hand's x axis (from F3 to F1/F2) lies along the object's depth, its y.
-pub fn grasp_plan(variant: u8) -> GraspPlan {
-    let yaw_rad = if variant == 0 { FRAC_PI_2 } else { -FRAC_PI_2 };
-    GraspPlan {
-        placement: HandPlacement {
-            hand_in_object: PlanarPose::new(0.0, 0.0, yaw_rad),
-            palm_height_m: PALM_ABOVE_TOP_M,
-        },
+/// The ways to grasp, best first: across the narrowest sides, F3 on either, and then across the ends, if they are near enough to
+/// each other. The hand's x axis (from F3 to F1/F2) runs across. `None` beyond the last.
+pub fn grasp_plan(variant: u8, shape: &ObjectShape) -> Option<GraspPlan> {
+    let footprint = Footprint::of(shape);
+    let across_ends = footprint.half_m[0] <= HALF_LENGTH_MAX_M;
+    let yaw_rad = match variant {
+        0 => FRAC_PI_2,
+        1 => -FRAC_PI_2,
+        2 if across_ends => 0.0,
+        3 if across_ends => PI,
+        _ => return None,
+    };
+    let hand_in_object = footprint.place(PlanarPose::new(0.0, 0.0, yaw_rad));
+    Some(GraspPlan {
+        placement: HandPlacement { hand_in_object, palm_height_m: palm_height_m(shape) },
         preshape: Preshape { inner_rad: [OPEN_RAD; FINGERS], spread_rad: 0.0 },
-    }
+    })
 }
 
 #[derive(Clone, Copy, Debug)]

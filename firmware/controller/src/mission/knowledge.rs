@@ -81,7 +81,7 @@ impl Knowledge {
 
     /// Forgets where the object was: it lies somewhere in `guess +- interval`.
     pub fn search_anew(&mut self, guess: PlanarPose, interval: Interval) {
-        self.prior = Prior { guess, interval, shape: self.setup.shape };
+        self.prior = Prior::new(&guess, &interval, &self.setup.shape);
         self.belief = Belief::from_prior(&self.prior);
         self.store.begin(self.setup.shape.top_height_m());
         self.felt.forget();
@@ -117,8 +117,9 @@ pub fn check(setup: &Setup) -> Result<(), FaultReason> {
 /// Finite and of a size that a table has. Comparisons with a NaN are false.
 fn is_sound(setup: &Setup) -> bool {
     let near = |v: &f32| v.abs() <= SETUP_MAX;
-    setup.shape.is_valid()
-        && setup.shape.half_extents_m().iter().all(near)
+    let is_shape = |shape: &ObjectShape| shape.is_valid() && shape.half_extents_m().iter().all(near);
+    is_shape(&setup.shape)
+        && setup.obstacles.iter().flatten().all(|o| is_shape(&o.shape) && o.pose.to_array().iter().all(near))
         && setup.guess.to_array().iter().all(near)
         && setup.interval.to_array().iter().all(|w| *w >= 0.0 && near(w))
         && setup.displacement_m.iter().all(near)

@@ -31,7 +31,7 @@ impl Update {
         for end in &self.polished {
             if end.evaluation.error <= best.evaluation.error + MODE_MARGIN {
                 let mode = Mode {
-                    pose: end.pose,
+                    pose: self.beside(&best.pose, end.pose),
                     covariance: self.covariance(&end.evaluation),
                     weight: 0.0,
                     error: end.evaluation.error,
@@ -44,6 +44,15 @@ impl Update {
         if let Some(belief) = Belief::from_modes(modes, residuals) {
             self.belief = belief;
         }
+    }
+
+    /// The pose with the yaw, of those that look alike, that is the nearest to the best one's: a mean is to mean something.
+    fn beside(&self, best: &PlanarPose, pose: PlanarPose) -> PlanarPose {
+        let symmetry_rad = self.prior.shape.yaw_symmetry_rad();
+        if libm::fabsf(pose.phi_rad - best.phi_rad) <= 0.5 * symmetry_rad {
+            return pose;
+        }
+        PlanarPose { phi_rad: best.phi_rad + pose.turn_from_rad(best, symmetry_rad), ..pose }
     }
 
     /// Inverse of the evidence's information plus the prior's, over the components that are not known exactly, plus
@@ -97,12 +106,12 @@ pub(super) fn sort_by_error<const N: usize>(ends: &mut Vec<Found, N>) {
     insertion_sort(ends, |a, b| a.evaluation.error.total_cmp(&b.evaluation.error));
 }
 
-/// Removes from a list in order of error every end that is next to a better one.
-pub(super) fn merge<const N: usize>(ends: &mut Vec<Found, N>) {
+/// Removes from a list in order of error every end that is next to a better one, for an object of this symmetry.
+pub(super) fn merge<const N: usize>(ends: &mut Vec<Found, N>, symmetry_rad: f32) {
     let mut kept = 0;
     for at in 0..ends.len() {
         let Some(end) = ends.get(at).copied() else { break };
-        let is_known = ends.iter().take(kept).any(|better| is_same(&better.pose, &end.pose));
+        let is_known = ends.iter().take(kept).any(|better| is_same(&better.pose, &end.pose, symmetry_rad));
         if end.evaluation.is_finite() && !is_known {
             if let Some(slot) = ends.get_mut(kept) {
                 *slot = end;
@@ -113,8 +122,8 @@ pub(super) fn merge<const N: usize>(ends: &mut Vec<Found, N>) {
     ends.truncate(kept);
 }
 
-pub(super) fn is_same(a: &PlanarPose, b: &PlanarPose) -> bool {
+pub(super) fn is_same(a: &PlanarPose, b: &PlanarPose, symmetry_rad: f32) -> bool {
     libm::fabsf(a.x_m - b.x_m) < SAME_POSITION_M
         && libm::fabsf(a.y_m - b.y_m) < SAME_POSITION_M
-        && libm::fabsf(a.phi_rad - b.phi_rad) < SAME_YAW_RAD
+        && libm::fabsf(a.turn_from_rad(b, symmetry_rad)) < SAME_YAW_RAD
 }

@@ -80,7 +80,8 @@ impl Update {
     }
 
     pub(super) fn finish_seeking(&mut self, rank: usize, found: Found) {
-        let is_known = self.ends.iter().take(rank).any(|end| is_same(&end.pose, &found.pose));
+        let symmetry_rad = self.prior.shape.yaw_symmetry_rad();
+        let is_known = self.ends.iter().take(rank).any(|end| is_same(&end.pose, &found.pose, symmetry_rad));
         if let Some(end) = self.ends.get_mut(rank) {
             *end = found;
         }

@@ -20,7 +20,7 @@ struct Rig {
 impl Rig {
     fn new(variant: u8) -> Self {
         let (mut desk, mut know) = (Desk::default(), knowledge());
-        let plan = grasp_plan(variant);
+        let plan = grasp_plan(variant, &BOX).expect("listed");
         desk.descend_to(&plan.placement.world_from_hand(&TRUTH, &BOX));
         know.store.begin_touch();
         Self { desk, know, grasp: Grasp::new(plan), end: GraspEnd::NotYet }
@@ -49,7 +49,7 @@ impl Rig {
 
 #[test]
 fn from_either_side_the_box_ends_between_the_fingers_which_push() {
-    for variant in 0..VARIANTS {
+    for variant in 0..2 {
         let mut rig = Rig::new(variant);
         let held = match rig.until_over() {
             GraspEnd::Held(held) => *held,
