@@ -10,7 +10,7 @@ use tactus_common::message::{
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::hand::HandAngles;
 use tactus_common::robot::{FINGER_LIMIT, arm, source};
-use tactus_common::shape::ObjectShape;
+use tactus_common::shape::{ObjectShape, Obstacle};
 use tactus_common::trajectory::Trajectory;
 use tactus_controller::touch::TouchPlan;
 
@@ -18,6 +18,8 @@ use tactus_controller::touch::TouchPlan;
 const APPROACH_M: f32 = 0.10;
 /// Height to which the object is lifted, metres.
 const LIFT_M: f32 = 0.06;
+/// Heights that are tried after that if obstacles are in the way, metres.
+const HIGHER_LIFTS_M: [f32; 5] = [0.1, 0.15, 0.2, 0.27, 0.35];
 
 /// What the controller asks.
 #[derive(Clone, Copy, Debug)]
@@ -37,23 +39,28 @@ pub enum Reply {
     Rollout(RolloutResult),
 }
 
-/// Planner and mental world, which know the robot and the object's shape and nothing of the true world.
+/// Planner and mental world, which know the robot, the object's shape and the obstacles, and nothing of the true world.
 pub struct Advisor {
     planner: Planner,
     mental: MentalModel,
     shape: ObjectShape,
+    /// There are obstacles, which a load may have to be lifted over.
+    is_cluttered: bool,
 }
 
 impl Advisor {
-    /// Ready for questions about an object of this shape.
+    /// Ready for questions about an object of this shape among these obstacles.
     ///
     /// # Errors
     /// The planner cannot use the robot description.
-    pub fn new(shape: ObjectShape) -> anyhow::Result<Self> {
+    pub fn new<'o>(shape: ObjectShape, obstacles: impl IntoIterator<Item = &'o Obstacle>) -> anyhow::Result<Self> {
+        let obstacles: Vec<Obstacle> = obstacles.into_iter().copied().collect();
+        let robot = urdf_rs::read_from_string(source::URDF)?;
         Ok(Self {
-            planner: Planner::new(&urdf_rs::read_from_string(source::URDF)?, PlannerConfig::default())?,
-            mental: MentalModel::new()?,
+            planner: Planner::new(&robot, PlannerConfig::default(), &obstacles)?,
+            mental: MentalModel::new()?.among(&obstacles),
             shape,
+            is_cluttered: !obstacles.is_empty(),
         })
     }
 
@@ -67,8 +74,27 @@ impl Advisor {
 
     /// Asks the planner.
     fn plan(&mut self, request: &PlanRequest, effective: u32) -> PlanAnswer {
-        let result = self.planner.plan(&query(request, &self.shape)).map_err(reason);
+        let query = query(request, &self.shape);
+        let result = match self.planner.plan(&query) {
+            Err(PlanRefusal::NoPath) if request.purpose == Purpose::Transport => {
+                self.lifted(query).ok_or(PlanRefusal::NoPath)
+            }
+            result => result,
+        };
+        let result = result.map_err(reason);
         PlanAnswer { effective, request: request.request, result }
+    }
+
+    /// A transport that lifts the object higher, over obstacles; `None` if there are none, or no height is free.
+    fn lifted(&self, mut query: PlanQuery) -> Option<Trajectory> {
+        let heights_m: &[f32] = if self.is_cluttered { &HIGHER_LIFTS_M } else { &[] };
+        for lift_m in heights_m {
+            query.approach_height_m = *lift_m;
+            if let Ok(trajectory) = self.planner.plan(&query) {
+                return Some(trajectory);
+            }
+        }
+        None
     }
 }
 
@@ -84,7 +110,7 @@ pub fn roll_out(mental: &MentalModel, shape: &ObjectShape, request: &RolloutRequ
         stop_at_rad: FINGER_LIMIT.upper_rad,
         ticks: u32::from(ticks),
         object: request.pose,
-        half_extents_m: shape.half_extents_m(),
+        shape: *shape,
     };
     let mut result = RolloutResult {
         effective,
@@ -164,13 +190,7 @@ fn object_estimate(request: &PlanRequest, shape: &ObjectShape) -> ObjectEstimate
     let along = c * c * xx + 2.0 * s * c * xy + s * s * yy;
     let across = s * s * xx - 2.0 * s * c * xy + c * c * yy;
     let sd = |v: f32| libm::sqrtf(v.max(0.0));
-    ObjectEstimate::with_sigma(
-        shape.half_extents_m(),
-        request.belief,
-        shape.rest_height_m(),
-        [sd(along), sd(across)],
-        sd(pp),
-    )
+    ObjectEstimate::with_sigma(shape, request.belief, shape.rest_height_m(), [sd(along), sd(across)], sd(pp))
 }
 
 fn reason(refusal: PlanRefusal) -> RefusalReason {

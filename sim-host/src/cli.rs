@@ -4,6 +4,7 @@ mod experiments;
 mod recordings;
 mod report;
 mod reproduce;
+mod scenes;
 
 use crate::controller_process::ControllerProcess;
 use crate::experiment::capture::Task;
@@ -29,6 +30,7 @@ use tactus_common::link::CONTROLLER;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_hil::bus_name::BusName;
 use tactus_hil::choice::{CanFormat, Pace};
+use tactus_hil::say;
 use tactus_hil::usage::one_line;
 
 /// Exit status: usage or input error.
@@ -48,6 +50,8 @@ Examples:
   tactus export run.mcap --csv run           its numbers as tables: run/sensors_joints.csv, ...
   tactus serve --bus socketcan:vcan0         the world alone, for tactus-controller or a board on that bus
   tactus trials --count 200 --offset 0.05,0.05,0.35 --csv trials.csv
+  tactus scenes                              the built-in scenes; --show NAME prints one, to begin a scene of one's own
+  tactus run --scenario cylinder             one of them; or a file: tactus check my.toml, tactus run --scenario my.toml
   tactus surface --error modified --csv results/surface_modified.csv
   tactus converge --csv results/converge.csv
   tactus compare --csv results/compare.csv
@@ -65,13 +69,14 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    /// One mission: find the box by touch, grasp it, carry it 0.5 m along -x, put it down (the default command).
+    /// One mission: find the object by touch, grasp it, carry it (0.5 m along -x), put it down (the default command).
     Run(RunArgs),
     /// The world alone: waits for a controller on a bus (tactus-controller, or a board) and carries the mission out
     /// with it. A controller that is lost leaves the arm without torque, and the next one finds the world set up anew.
     Serve(ServeArgs),
     /// Many missions over seeds, with statistics: true poses uniform over x in [0.0, 0.3] m, y in [-0.2, 0.0] m,
-    /// phi in [-pi/4, pi/4] rad; guess = truth + uniform in +-offset; run i uses seed N + i.
+    /// phi in [-pi/4, pi/4] rad, or over the scene's own region (`trials`), where the object stands free of all else;
+    /// guess = truth + uniform in +-offset; run i uses seed N + i.
     Trials(TrialsArgs),
     /// An error over a grid of poses; the grid of the published experiments by default.
     Surface(experiments::SurfaceArgs),
@@ -87,6 +92,10 @@ enum Command {
     Export(recordings::ExportArgs),
     /// One self-contained HTML page of all the experiments in a directory.
     Report(report::ReportArgs),
+    /// The scenes that the program holds, and the schema of scene files.
+    Scenes(scenes::ScenesArgs),
+    /// Checks a scene file: says what is wrong with it and where, or what the scene is.
+    Check(scenes::CheckArgs),
     /// Time the parts that the README quotes: world, mental rollout, pose update (medians).
     #[command(hide = true)]
     Bench,
@@ -100,9 +109,9 @@ struct CommonArgs {
     /// Write the result as JSON; `-` writes it to standard output and nothing else there.
     #[arg(long, value_name = "FILE.json")]
     summary: Option<PathBuf>,
-    /// Scene to use instead of the built-in one (TOML).
-    #[arg(long, value_name = "FILE.toml")]
-    scenario: Option<PathBuf>,
+    /// Scene to use: one that `tactus scenes` lists, or a file (docs/scenes.md).
+    #[arg(long, value_name = "NAME|FILE.toml", default_value = "thesis-box", hide_default_value = true)]
+    scenario: PathBuf,
     /// Print nothing but errors.
     #[arg(long)]
     quiet: bool,
@@ -140,15 +149,17 @@ impl std::str::FromStr for RunBus {
 /// What stands where, and what the controller is told.
 #[derive(Args, Debug, Clone)]
 struct TaskArgs {
-    /// True pose of the box (metres, metres, radians) [default: the scene's, 0.2,-0.1,0].
+    /// True pose of the object (metres, metres, radians) [default: the scene's].
     #[arg(long = "true", value_name = "X,Y,PHI", value_parser = triple, allow_hyphen_values = true)]
     truth: Option<[f32; 3]>,
-    /// Guess that the controller is told [default: truth + uniform in +-(0.05, 0.05, 0.35) by seed].
+    /// Guess that the controller is told [default: the scene's, unless --true is given; else truth + uniform in the
+    /// scene's interval or +-(0.05, 0.05, 0.35) by seed].
     #[arg(long, value_name = "X,Y,PHI", value_parser = triple, allow_hyphen_values = true)]
     guess: Option<[f32; 3]>,
-    /// Half widths of the interval in which the controller is told the truth lies around the guess.
-    #[arg(long, value_name = "DX,DY,DPHI", value_parser = triple, default_value = "0.05,0.05,0.35")]
-    interval: [f32; 3],
+    /// Half widths of the interval in which the controller is told the truth lies around the guess
+    /// [default: the scene's, or 0.05,0.05,0.35].
+    #[arg(long, value_name = "DX,DY,DPHI", value_parser = triple)]
+    interval: Option<[f32; 3]>,
 }
 
 /// One mission, wherever its controller is.
@@ -234,21 +245,26 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(error) if !error.use_stderr() => {
-            print!("{}", error.render());
-            return ExitCode::SUCCESS;
+            return match say::text(error.render()) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) => unusable(&error.into()),
+            };
         }
         Err(error) => {
-            eprintln!("{} (see tactus --help)", one_line(&error));
+            say::complaint(format_args!("{} (see tactus --help)", one_line(&error)));
             return ExitCode::from(EXIT_USAGE);
         }
     };
     match carry_out(cli.command, &line) {
         Ok(status) => ExitCode::from(status),
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::from(EXIT_USAGE)
-        }
+        Err(error) => unusable(&error),
     }
+}
+
+/// Says what was wrong with the input.
+fn unusable(error: &anyhow::Error) -> ExitCode {
+    say::complaint(format_args!("error: {error:#}"));
+    ExitCode::from(EXIT_USAGE)
 }
 
 /// Carries out a command, given as `line`; the exit status.
@@ -264,6 +280,8 @@ fn carry_out(command: Command, line: &str) -> anyhow::Result<u8> {
         Command::Info(args) => args.run(),
         Command::Export(args) => args.run(),
         Command::Report(args) => args.run(),
+        Command::Scenes(args) => args.run(),
+        Command::Check(args) => args.run(),
         Command::Bench => crate::experiment::bench::run().map(|()| 0),
     }
 }
@@ -279,7 +297,7 @@ fn with_default_command(args: impl IntoIterator<Item = OsString>) -> Vec<OsStrin
 }
 
 fn scenario(common: &CommonArgs) -> anyhow::Result<Scenario> {
-    common.scenario.as_deref().map_or_else(|| Ok(Scenario::thesis_box()), Scenario::load)
+    Scenario::load(&common.scenario).with_context(|| format!("--scenario {}", common.scenario.display()))
 }
 
 /// The interval with the components that `--dof` declares known set to zero.
@@ -296,11 +314,14 @@ fn mission_options(args: &MissionArgs) -> anyhow::Result<MissionOptions> {
     let MissionArgs { common, method, task, .. } = args;
     let chosen = method.options()?;
     let scenario = scenario(common)?;
-    let interval = with_dof(task.interval, method.dof)?;
+    let usual = scenario.object.interval.unwrap_or(mission::DEFAULT_OFFSET);
+    let interval = with_dof(task.interval.unwrap_or(usual), method.dof)?;
     let truth = task.truth.map_or(scenario.true_pose(), PlanarPose::from_array);
-    let guess = match task.guess {
-        Some(guess) => PlanarPose::from_array(guess),
-        None => mission::guess_around(&truth, &with_dof(mission::DEFAULT_OFFSET, method.dof)?, common.seed),
+    // A scene's guess belongs to the scene's truth.
+    let told = task.guess.map(PlanarPose::from_array).or(scenario.guess().filter(|_| task.truth.is_none()));
+    let guess = match told {
+        Some(guess) => guess,
+        None => mission::guess_around(&truth, &with_dof(usual, method.dof)?, common.seed),
     };
     scenario.check_on_table("--true", &truth)?;
     scenario.check_on_table("--guess", &guess)?;
@@ -325,14 +346,14 @@ fn is_quiet(common: &CommonArgs) -> bool {
 fn report(common: &CommonArgs, options: &MissionOptions, report: &MissionReport) -> anyhow::Result<u8> {
     let quiet = is_quiet(common);
     if !quiet {
-        print!("{}", terminal::closing(options, report));
+        say::text(terminal::closing(options, report))?;
     }
     if let Some(path) = &common.summary {
         Summary::of(options, report).write(path)?;
     }
     let status = report.exit_status();
     if status != 0 && quiet {
-        eprintln!("failed: {}", report.outcome_text());
+        say::complaint(format_args!("failed: {}", report.outcome_text()));
     }
     Ok(status)
 }
@@ -405,7 +426,7 @@ fn serve_worlds(args: &ServeArgs) -> anyhow::Result<u8> {
     let mut progress = Progress::new(quiet);
     let mut log = |line: &str| {
         if !quiet {
-            eprintln!("tactus serve on {}: {line}", args.bus);
+            say::complaint(format_args!("tactus serve on {}: {line}", args.bus));
         }
     };
     let result = serve(&options, args.mission.wire.pace, args.missions, &mut live, &mut log, &mut progress)?;
@@ -428,7 +449,7 @@ fn trials(args: &TrialsArgs, line: &str) -> anyhow::Result<u8> {
     let options = TrialsOptions { conditions, count: args.count, offset, task: args.task, method };
     let (statistics, record) = trials::run(&options, args.csv.as_deref())?;
     if !quiet {
-        println!("{statistics}");
+        say::line(statistics)?;
     }
     experiments::write(args.csv.as_deref(), args.common.summary.as_deref(), &record.with_command(line))
 }

@@ -1,13 +1,14 @@
 //! The mental world: what the hand would feel if the object stood at a hypothesised pose.
 //!
 //! A world of its own, built from nominal numbers only: the palm fixed where the arm holds it, the fingers' drives, a
-//! nominal table and box. It shares nothing with the real [`crate::world::World`] but the description of the robot.
+//! nominal table, object and obstacles. It shares nothing with the real [`crate::world::World`] but the description of the robot.
 
 use crate::world::contacts::hand_contacts;
 use crate::world::hand::{HandDrives, HandParams, HandStart};
 use crate::world::model::RobotModel;
 use crate::world::robot::{Friction, Robot, Root};
-use crate::world::{LINK_CONTACT_N, Mismatch, Scene, WorldError, integration_parameters, scene};
+use crate::world::rolling::Rolling;
+use crate::world::{LINK_CONTACT_N, Mismatch, Scene, Standing, WorldError, integration_parameters, scene};
 use nalgebra::Isometry3;
 use rapier3d::parry::query;
 use rapier3d::prelude::*;
@@ -15,6 +16,7 @@ use tactus_common::limits::{FINGERS, HAND_LINKS, TICK_S};
 use tactus_common::message::ROLLOUT_INSTANTS;
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::HandCommand;
+use tactus_common::shape::{ObjectShape, Obstacle};
 
 /// Physics steps in one tick of the mental world; coarser than reality, as only contacts at low speed matter.
 pub const STEPS_PER_TICK: u32 = 2;
@@ -51,8 +53,8 @@ pub struct RolloutInput {
     pub ticks: u32,
     /// Where the object is thought to stand.
     pub object: PlanarPose,
-    /// Half the box's sides, metres.
-    pub half_extents_m: [f32; 3],
+    /// Its shape.
+    pub shape: ObjectShape,
 }
 
 /// One tick of a rollout.
@@ -101,6 +103,7 @@ pub struct MentalModel {
     model: RobotModel,
     params: HandParams,
     numbers: Mismatch,
+    obstacles: Vec<Standing>,
 }
 
 impl MentalModel {
@@ -120,7 +123,18 @@ impl MentalModel {
     pub fn of(numbers: &Mismatch) -> Result<Self, WorldError> {
         let model = RobotModel::shipped()?;
         let params = HandParams::new(&model, &numbers.breakaway);
-        Ok(Self { model, params, numbers: *numbers })
+        Ok(Self { model, params, numbers: *numbers, obstacles: Vec::new() })
+    }
+
+    /// The same world with these obstacles on its table. They do not move there, whatever they do in reality.
+    pub fn among(self, obstacles: &[Obstacle]) -> Self {
+        let standing = |(index, obstacle): (usize, &Obstacle)| Standing {
+            name: format!("obstacle {}", index + 1),
+            shape: obstacle.shape,
+            pose: obstacle.pose,
+            free_kg: None,
+        };
+        Self { obstacles: obstacles.iter().enumerate().map(standing).collect(), ..self }
     }
 
     /// Rolls one touch out.
@@ -137,6 +151,7 @@ struct Rollout<'a> {
     robot: Robot,
     params: &'a HandParams,
     drives: HandDrives,
+    rolling: Rolling,
     object: RigidBodyHandle,
     overlapping: u16,
 }
@@ -146,7 +161,8 @@ impl<'a> Rollout<'a> {
         let numbers = &mental.numbers;
         let scene = Scene {
             object: input.object,
-            half_extents_m: input.half_extents_m,
+            shape: input.shape,
+            others: mental.obstacles.clone(),
             hand_start: input.start,
             ..Scene::default()
         };
@@ -155,15 +171,26 @@ impl<'a> Rollout<'a> {
         physics.gravity = Vector::new(0.0, 0.0, -9.81);
         physics.integration_parameters = integration_parameters(TICK_S / STEPS_PER_TICK as f32);
         let table = scene::insert_table(&mut physics, &scene, numbers);
-        let (object, box_collider) = scene::insert_object(&mut physics, &scene, numbers);
+        let mut rolling = Rolling::default();
+        let object = scene::insert_object(&mut physics, &mut rolling, &scene, numbers)?;
         let friction = Friction { pads: scene.pad_friction * numbers.pad_friction, bare: scene.bare_friction };
         let root = Root::Hand(input.world_from_hand.into());
         let robot = Robot::insert(&mut physics, &mental.model, &numbers.robot, friction, root)?;
         let params = &mental.params;
         let drives = HandDrives::start(&mut physics, &robot, params, &input.start, &[]);
+        let mut touchable = vec![table, object.collider];
+        for other in &scene.others {
+            let other = scene::insert_other(&mut physics, &mut rolling, &scene, numbers, other)?;
+            // A hypothesis may have the object within an obstacle, which would throw it out: the hypothesis comes first.
+            if depth_m(&physics, other.collider, object.collider) > OVERLAP_M {
+                physics.remove_body(other.body);
+            } else {
+                touchable.push(other.collider);
+            }
+        }
         let mut overlapping = 0;
         for (i, link) in robot.hand_links.iter().enumerate() {
-            let deep = [table, box_collider].iter().any(|other| depth_m(&physics, link.collider, *other) > OVERLAP_M);
+            let deep = touchable.iter().any(|other| depth_m(&physics, link.collider, *other) > OVERLAP_M);
             if deep {
                 overlapping |= 1 << i;
                 if let Some(collider) = physics.colliders.get_mut(link.collider) {
@@ -171,7 +198,7 @@ impl<'a> Rollout<'a> {
                 }
             }
         }
-        Ok(Self { physics, robot, params, drives, object, overlapping })
+        Ok(Self { physics, robot, params, drives, rolling, object: object.body, overlapping })
     }
 
     fn run(mut self, input: &RolloutInput) -> Result<RolloutOutcome, WorldError> {
@@ -191,6 +218,7 @@ impl<'a> Rollout<'a> {
             self.robot.arm_limits_in_reach(&mut self.physics);
             for _ in 0..STEPS_PER_TICK {
                 self.drives.drive(&mut self.physics, &self.robot, self.params, &commands, dt_s);
+                self.rolling.resist(&mut self.physics);
                 self.physics.step();
                 self.drives.feel(&self.physics, &self.robot, self.params);
                 hand_contacts(&self.physics, &self.robot, dt_s, |contact| {
@@ -275,7 +303,7 @@ mod tests {
             stop_at_rad: 1.6,
             ticks: 300,
             object,
-            half_extents_m: [0.1, 0.05, 0.1],
+            shape: ObjectShape::THESIS_BOX,
         }
     }
 
@@ -317,6 +345,22 @@ mod tests {
         let outcome = mental.rollout(&over_the_box(PlanarPose::new(0.2, -0.02, 0.0))).unwrap();
         assert_ne!(outcome.overlapping, 0);
         assert!(outcome.object_shift_m < 0.01, "{}", outcome.object_shift_m);
+    }
+
+    #[test]
+    fn an_obstacle_is_felt_as_an_object_of_its_shape_would_be() {
+        let box_at = PlanarPose::new(0.2, -0.1, 0.0);
+        let aside = RolloutInput { object: PlanarPose::new(-0.4, 0.1, 0.0), ..over_the_box(box_at) };
+        let obstacle = Obstacle { shape: ObjectShape::THESIS_BOX, pose: box_at };
+        let alone = MentalModel::new().unwrap();
+        assert_eq!(alone.rollout(&aside).unwrap().onset_rad, [None; FINGERS], "nothing is there");
+        let felt = alone.rollout(&over_the_box(box_at)).unwrap().onset_rad.map(|q| q.unwrap());
+        let among = MentalModel::new().unwrap().among(&[obstacle]);
+        let met = among.rollout(&aside).unwrap().onset_rad.map(|q| q.unwrap());
+        assert!(felt.iter().zip(&met).all(|(a, b)| (a - b).abs() < 5e-3), "{felt:?} {met:?}");
+        // A hypothesis with the object within the obstacle is rolled out as if that were not there.
+        let within = among.rollout(&over_the_box(box_at)).unwrap();
+        assert!(within.object_shift_m < 1e-3, "{} m", within.object_shift_m);
     }
 
     #[test]

@@ -12,9 +12,10 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::time::Instant;
 use tactus_common::can::Mtu;
-use tactus_common::limits::{OBSTACLES_MAX, TICK_US};
+use tactus_common::limits::TICK_US;
 use tactus_common::message::{DigestReport, FailureReason, Outcome, SCHEMA_VERSION, Setup};
 use tactus_common::pose::{Interval, PlanarPose};
+use tactus_common::shape::ObjectShape;
 use tactus_hil::choice::Pace;
 
 /// The outcome of a mission that did its job.
@@ -50,10 +51,10 @@ impl Reality {
         }
     }
 
-    /// Its numbers for a seed.
-    pub fn mismatch(self, seed: u64) -> Mismatch {
+    /// Its numbers for a seed, on the scene's scales.
+    pub fn mismatch(self, scenario: &Scenario, seed: u64) -> Mismatch {
         match self {
-            Self::Mismatched => Mismatch::from_seed(seed),
+            Self::Mismatched => Mismatch::from_seed(seed).scaled(&scenario.noise, &scenario.mismatch),
             Self::Nominal => Mismatch::none(),
         }
     }
@@ -107,6 +108,8 @@ pub struct MissionReport {
     pub final_z_m: f32,
     /// How far it leans, radians.
     pub final_tilt_rad: f32,
+    /// The farthest that any other free body was pushed, metres.
+    pub others_shift_m: f32,
     /// Distance from the goal, metres.
     pub goal_position_error_m: f32,
     /// The same in yaw, radians.
@@ -236,16 +239,27 @@ pub fn guess_around(truth: &PlanarPose, offset: &Interval, seed: u64) -> PlanarP
     draw_around(truth, offset, seed, Stream::Guess)
 }
 
-/// Yaw of a body and how far it leans, radians.
-pub fn yaw_and_tilt(pose: &Isometry3<f32>) -> (f32, f32) {
+/// Yaw of a body, radians.
+fn yaw_rad(pose: &Isometry3<f32>) -> f32 {
     let x = pose.rotation * Vector3::x();
-    let z = pose.rotation * Vector3::z();
-    (libm::atan2f(x.y, x.x), libm::acosf(z.z.clamp(-1.0, 1.0)))
+    libm::atan2f(x.y, x.x)
+}
+
+/// How far a body of this shape leans, radians. However a ball has rolled it does not lean, nor does a capsule about its
+/// own axis.
+pub fn tilt_rad(shape: &ObjectShape, pose: &Isometry3<f32>) -> f32 {
+    match shape {
+        ObjectShape::Sphere { .. } => 0.0,
+        ObjectShape::Capsule { .. } => libm::asinf((pose.rotation * Vector3::x()).z.clamp(-1.0, 1.0)).abs(),
+        ObjectShape::Cuboid { .. } | ObjectShape::Cylinder { .. } | ObjectShape::Convex(_) => {
+            libm::acosf((pose.rotation * Vector3::z()).z.clamp(-1.0, 1.0))
+        }
+    }
 }
 
 /// The planar part of a body's pose.
 pub fn planar(pose: &Isometry3<f32>) -> PlanarPose {
-    PlanarPose::new(pose.translation.x, pose.translation.y, yaw_and_tilt(pose).0)
+    PlanarPose::new(pose.translation.x, pose.translation.y, yaw_rad(pose))
 }
 
 /// Distance by which `truth` lies outside the 99 % ellipse of (x, y) about `believed`, along the line between them.
@@ -317,7 +331,7 @@ pub fn run_on(
 /// The scene cannot be simulated.
 pub fn prepare(options: &MissionOptions, pace: Pace) -> anyhow::Result<Host> {
     let scene = options.scenario.world_scene(&options.truth);
-    let mismatch = options.reality.mismatch(options.seed);
+    let mismatch = options.reality.mismatch(&options.scenario, options.seed);
     let model = options.scenario.robot_model()?;
     let world = World::with_model(&model, &scene, &mismatch, options.seed)?;
     let setup = Setup {
@@ -325,7 +339,7 @@ pub fn prepare(options: &MissionOptions, pace: Pace) -> anyhow::Result<Host> {
         shape: options.scenario.shape(),
         guess: options.guess,
         interval: options.interval,
-        obstacles: [None; OBSTACLES_MAX],
+        obstacles: options.scenario.obstacles(),
         displacement_m: options.scenario.displacement_m,
         mass_kg: options.scenario.object.mass_kg,
         trials_max: options.trials_max,
@@ -340,7 +354,7 @@ pub fn judge(options: &MissionOptions, end: &HostEnd, host: &Host, started: Inst
     let world = host.world();
     let symmetry_rad = host.shape().yaw_symmetry_rad();
     let pose = world.object_pose();
-    let (_, final_tilt_rad) = yaw_and_tilt(&pose);
+    let final_tilt_rad = tilt_rad(&host.shape(), &pose);
     let final_pose = planar(&pose);
     let goal = options.scenario.goal(&options.truth);
     MissionReport {
@@ -356,6 +370,7 @@ pub fn judge(options: &MissionOptions, end: &HostEnd, host: &Host, started: Inst
         final_pose,
         final_z_m: pose.translation.z,
         final_tilt_rad,
+        others_shift_m: world.others_shift_m(),
         goal_position_error_m: final_pose.distance_m(&goal),
         goal_yaw_error_rad: final_pose.turn_from_rad(&goal, symmetry_rad).abs(),
         trials: end.trials,
@@ -380,6 +395,16 @@ mod tests {
         assert_eq!(outside_99_m(&believed, &covariance, &PlanarPose::new(0.202, -0.1, 0.0)), 0.0);
         let far = outside_99_m(&believed, &covariance, &PlanarPose::new(0.21, -0.1, 0.0));
         assert!((far - (0.010 - 0.00305)).abs() < 1e-4, "{far}");
+    }
+
+    #[test]
+    fn a_ball_never_leans_a_capsule_not_about_its_axis_and_a_box_as_its_vertical_does() {
+        let turned = |x_rad: f32, y_rad: f32| Isometry3::rotation(Vector3::new(x_rad, y_rad, 0.0));
+        let capsule = ObjectShape::Capsule { radius_m: 0.03, half_length_m: 0.05 };
+        assert_eq!(tilt_rad(&ObjectShape::Sphere { radius_m: 0.05 }, &turned(1.0, 0.5)), 0.0);
+        assert!(tilt_rad(&capsule, &turned(1.0, 0.0)) < 1e-6);
+        assert!((tilt_rad(&capsule, &turned(0.0, 0.3)) - 0.3).abs() < 1e-6);
+        assert!((tilt_rad(&ObjectShape::THESIS_BOX, &turned(0.3, 0.0)) - 0.3).abs() < 1e-4);
     }
 
     #[test]

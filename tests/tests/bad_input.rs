@@ -137,6 +137,119 @@ fn damaged_scene_files_are_refused_by_file_and_place() {
     refused(&["trials", "--scenario", &empty], 2, &[&empty]);
 }
 
+/// Ten megabytes that are no text.
+fn noise() -> Vec<u8> {
+    (0..10_000_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 11) as u8).collect()
+}
+
+#[test]
+fn damaged_meshes_are_refused_by_file_line_and_field() {
+    // A cube whose top is dented along its diagonal.
+    let dent = "v 0 0 0\nv 0.1 0 0\nv 0.1 0.1 0\nv 0 0.1 0\nv 0 0 0.1\nv 0.1 0 0.1\nv 0.1 0.1 0.1\nv 0 0.1 0.07\n\
+                f 4 3 2 1\nf 6 7 8\nf 6 8 5\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    let field = "line 13, column 23: object.shape.mesh.file";
+    for (name, mesh, bytes, what) in [
+        ("mesh_noise.toml", "noise.obj", &noise()[..], "larger than 1024 KiB"),
+        ("mesh_less_noise.toml", "less_noise.stl", &noise()[..500_000], "not an STL file"),
+        ("mesh_dent.toml", "dent.obj", dent.as_bytes(), "not convex: the corner"),
+        ("mesh_open.toml", "open.obj", dent.replace("f 4 3 2 1\n", "").as_bytes(), "not a closed surface"),
+        ("mesh_nan.toml", "nan.obj", dent.replace("v 0.1 0 0\n", "v nan 0 0\n").as_bytes(), "finite"),
+        ("mesh_empty.toml", "empty.stl", b"", "STL"),
+        ("mesh_format.toml", "mesh.ply", dent.as_bytes(), ".obj or .stl"),
+    ] {
+        std::fs::write(format!("{}/{mesh}", env!("CARGO_TARGET_TMPDIR")), bytes).unwrap();
+        let shape = format!("shape.mesh = {{ file = \"{mesh}\" }}");
+        let path = file(name, &SCENE.replace("size_m = [0.2, 0.1, 0.2]", &shape));
+        refused(&["run", "--scenario", &path], 2, &[&path, field, mesh, what]);
+    }
+    let nowhere = SCENE.replace("size_m = [0.2, 0.1, 0.2]", "shape.mesh = { file = \"nowhere.obj\" }");
+    let path = file("mesh_nowhere.toml", &nowhere);
+    refused(&["run", "--scenario", &path], 2, &[&path, field, "nowhere.obj", "No such file"]);
+}
+
+#[test]
+fn bodies_in_one_another_off_the_table_or_in_the_robot_are_refused_by_line_and_field() {
+    for (name, from, to, words) in [
+        (
+            "within.toml",
+            "[object]",
+            "[[obstacles]]\nsize_m = [0.1, 0.1, 0.1]\npose = [0.25, -0.1, 0]\n[object]",
+            &["line 14, column 8", "obstacles[0].pose", "`object` and `obstacles[0]` overlap", "mm"][..],
+        ),
+        (
+            "in_the_hand.toml",
+            "[object]",
+            "[[objects]]\nsize_m = [0.1, 0.1, 0.6]\nmass_kg = 1\npose = [-0.05, 0.02, 0]\n[object]",
+            &["line 15, column 8", "objects[0].pose", "overlap"],
+        ),
+        (
+            "off_the_table.toml",
+            "[object]",
+            "[[obstacles]]\nsize_m = [0.1, 0.1, 0.1]\npose = [0, 0.5, 0]\n[object]",
+            &["line 14, column 8", "obstacles[0].pose", "off the table"],
+        ),
+        ("shape.toml", "size_m = [0.2, 0.1, 0.2]", "shape.cone = { radius_m = 0.1 }", &["line 13", "cone", "cylinder"]),
+        (
+            "base.toml",
+            "[table]",
+            "robot_base_pose = [0, 0, 0]\n[table]",
+            &["line 7", "robot_base_pose", "cannot be set"],
+        ),
+    ] {
+        let text = SCENE.replacen(from, to, 1);
+        assert_ne!(text, SCENE, "{name}");
+        let path = file(name, &text);
+        refused(&["trials", "--scenario", &path], 2, &[&[path.as_str()], words].concat());
+    }
+}
+
+#[test]
+fn noise_for_a_scene_and_unknown_names_are_refused() {
+    let path = format!("{}/bad_input_noise.toml", env!("CARGO_TARGET_TMPDIR"));
+    std::fs::write(&path, noise()).unwrap();
+    refused(&["run", "--scenario", &path], 2, &[&path, "larger than 256 KiB"]);
+    refused(&["run", "--scenario", "no-such-scene"], 2, &["--scenario no-such-scene", "No such file", "thesis-box"]);
+    let checked = run(&["check", &file("check.toml", "object = 3\n")]);
+    one_clear_line(&checked, &["check"]);
+    assert!(checked.status == 2 && checked.stderr.contains("line 1, column 10"), "{checked:?}");
+    let shown = run(&["scenes", "--show", "magic"]);
+    one_clear_line(&shown, &["scenes"]);
+    assert!(shown.status == 2 && shown.stderr.contains("hexagonal-prism"), "{shown:?}");
+}
+
+#[test]
+fn built_in_scenes_are_listed_shown_and_checked() {
+    let list = run(&["scenes"]);
+    assert_eq!((list.status, list.stderr.as_str()), (0, ""));
+    assert!(list.stdout.lines().count() >= 6, "{}", list.stdout);
+    for line in list.stdout.lines() {
+        let name = line.split_whitespace().next().expect("a name");
+        let path = file(&format!("{name}.toml"), &run(&["scenes", "--show", name]).stdout);
+        for scene in [name, &path] {
+            let checked = run(&["check", scene]);
+            assert_eq!((checked.status, checked.stderr.as_str()), (0, ""), "{scene}");
+            assert!(checked.stdout.contains("  object  "), "{}", checked.stdout);
+        }
+    }
+    assert_eq!(run(&["scenes", "--show", "thesis-box"]).stdout, SCENE);
+}
+
+#[test]
+fn a_reader_that_goes_away_ends_nothing_but_the_text() {
+    for args in [&["--help"][..], &["scenes"], &["scenes", "--schema"], &["run", "--help"]] {
+        let mut child =
+            std::process::Command::new(tactus_tests::program::path(tactus_tests::program::Profile::Release))
+                .args(args)
+                .stdout(std::process::Stdio::piped())
+                .stderr(std::process::Stdio::piped())
+                .spawn()
+                .expect("the command runs");
+        drop(child.stdout.take());
+        let ended = child.wait_with_output().expect("the command ends");
+        assert_eq!((ended.status.code(), String::from_utf8_lossy(&ended.stderr).as_ref()), (Some(0), ""), "{args:?}");
+    }
+}
+
 #[test]
 fn damaged_robot_descriptions_are_refused_by_file() {
     let scene = |name: &str, urdf: &str| {

@@ -7,6 +7,7 @@ use tactus_common::link::{CONTROLLER, WORLD};
 use tactus_common::message::{EventKind, Outcome};
 use tactus_hil::bus_name::BusName;
 use tactus_hil::choice::{CanFormat, Pace};
+use tactus_hil::say;
 use tactus_hil::shell::{Shell, ShellEnd, ShellOptions};
 use tactus_hil::usage::one_line;
 
@@ -43,18 +44,23 @@ fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) if !error.use_stderr() => {
-            print!("{}", error.render());
-            return ExitCode::SUCCESS;
+            return match say::text(error.render()) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) => {
+                    say::complaint(format_args!("error: {error}"));
+                    ExitCode::from(2)
+                }
+            };
         }
         Err(error) => {
-            eprintln!("{} (see tactus-controller --help)", one_line(&error));
+            say::complaint(format_args!("{} (see tactus-controller --help)", one_line(&error)));
             return ExitCode::from(2);
         }
     };
     let mut bus = match cli.bus.open(cli.can.map(Mtu::from), &[WORLD, CONTROLLER]) {
         Ok(bus) => bus,
         Err(error) => {
-            eprintln!("error: --bus {}: {error}", cli.bus);
+            say::complaint(format_args!("error: --bus {}: {error}", cli.bus));
             return ExitCode::from(2);
         }
     };
@@ -62,7 +68,7 @@ fn main() -> ExitCode {
     let mut shell = Shell::new(bus.as_mut(), options);
     let end = shell.run(&mut |said| {
         if !cli.quiet {
-            eprintln!("tactus-controller on {}: {said}", cli.bus);
+            say::complaint(format_args!("tactus-controller on {}: {said}", cli.bus));
         }
     });
     match end {
@@ -76,6 +82,6 @@ fn main() -> ExitCode {
 }
 
 fn fail(cli: &Cli, why: &str) -> ExitCode {
-    eprintln!("error: --bus {}: {why}", cli.bus);
+    say::complaint(format_args!("error: --bus {}: {why}", cli.bus));
     ExitCode::from(2)
 }

@@ -19,6 +19,7 @@ use tactus_controller::error::ErrorKind;
 use tactus_controller::optimise::{Gradient, Method as Optimiser};
 use tactus_controller::predict::PredictorKind;
 use tactus_controller::update::UpdateConfig;
+use tactus_hil::say;
 
 /// Evaluations of the published method from one start, at most.
 const PUBLISHED_EVALUATIONS: u16 = 200;
@@ -180,7 +181,7 @@ fn conditions(experiment: &ExperimentArgs, scenario: Scenario, trials_max: u8) -
 /// Prints and writes what came of an experiment.
 fn report(args: &ExperimentArgs, statistics: &impl Display, record: Record, line: &str) -> anyhow::Result<u8> {
     if !is_quiet(&args.common) {
-        println!("{statistics}");
+        say::line(statistics)?;
     }
     write(args.csv.as_deref(), args.common.summary.as_deref(), &record.with_command(line))
 }

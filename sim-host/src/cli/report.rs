@@ -4,6 +4,7 @@ use crate::report::html;
 use anyhow::Context;
 use clap::Args;
 use std::path::{Path, PathBuf};
+use tactus_hil::say;
 
 /// Which directory, and where the page goes.
 #[derive(Args, Debug)]
@@ -30,13 +31,13 @@ impl ReportArgs {
         let out = self.out.clone().unwrap_or_else(|| self.dir.join("report.html"));
         let page = html::make(&self.dir, Some(&out))?;
         for (path, reason) in &page.ignored {
-            eprintln!("ignored: {} ({reason})", path.display());
+            say::complaint(format_args!("ignored: {} ({reason})", path.display()));
         }
         if out.as_os_str() == "-" {
-            print!("{}", page.html);
+            say::text(&page.html)?;
         } else {
             std::fs::write(&out, page.html).with_context(|| format!("--out {}", out.display()))?;
-            println!("{}: {}", out.display(), page.contents);
+            say::line(format_args!("{}: {}", out.display(), page.contents))?;
         }
         Ok(0)
     }

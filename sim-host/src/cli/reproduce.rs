@@ -5,6 +5,7 @@ use super::{Cli, carry_out};
 use anyhow::{Context, ensure};
 use clap::{Args, Parser};
 use std::path::{Path, PathBuf};
+use tactus_hil::say;
 
 /// An experiment: the stem of its files, and the command line without its output, in full and in short.
 struct Experiment {
@@ -103,9 +104,9 @@ pub(super) fn run(args: &ReproduceArgs) -> anyhow::Result<u8> {
     std::fs::create_dir_all(&args.folder).with_context(|| args.folder.display().to_string())?;
     for (number, experiment) in EXPERIMENTS.iter().enumerate() {
         let csv = args.folder.join(experiment.stem).with_extension("csv");
-        println!("[{} of {}] {}", number + 1, EXPERIMENTS.len(), command(experiment, args.quick));
+        say::line(format_args!("[{} of {}] {}", number + 1, EXPERIMENTS.len(), command(experiment, args.quick)))?;
         if is_made(&csv) {
-            println!("  is there already: {}", csv.display());
+            say::line(format_args!("  is there already: {}", csv.display()))?;
             continue;
         }
         let line = command(experiment, args.quick);

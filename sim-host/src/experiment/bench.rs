@@ -12,6 +12,8 @@ use std::time::Instant;
 use tactus_common::limits::TICK_S;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::reading::{HandCommand, JointCommands};
+use tactus_common::shape::ObjectShape;
+use tactus_hil::say;
 
 /// Ticks of one round of a world.
 const WORLD_TICKS: u32 = 1000;
@@ -105,7 +107,7 @@ fn world_speed() -> anyhow::Result<f64> {
         speeds.push(f64::from(WORLD_TICKS) * f64::from(TICK_S) / started.elapsed().as_secs_f64());
     }
     let (count, speed) = (speeds.len(), median(speeds));
-    println!("world: {speed:.1} x real time (median of {count} runs of 2 s, one thread, all sensors)");
+    say::line(format_args!("world: {speed:.1} x real time (median of {count} runs of 2 s, one thread, all sensors)"))?;
     Ok(speed)
 }
 
@@ -122,7 +124,7 @@ fn touch(index: u32) -> RolloutInput {
         stop_at_rad: 2.0,
         ticks: 300,
         object: PlanarPose::new(0.2, -0.1 + 0.02 * shift, 0.2 * shift),
-        half_extents_m: [0.1, 0.05, 0.1],
+        shape: ObjectShape::THESIS_BOX,
     }
 }
 
@@ -150,7 +152,7 @@ fn rollout_ms() -> anyhow::Result<f64> {
         times_ms.push(started.elapsed().as_secs_f64() * 1e3);
     }
     let (count, cost_ms) = (times_ms.len(), median(times_ms));
-    println!("rollout: {cost_ms:.1} ms (median of {count}), {:.0} ticks of closing", median(ticks));
+    say::line(format_args!("rollout: {cost_ms:.1} ms (median of {count}), {:.0} ticks of closing", median(ticks)))?;
     Ok(cost_ms)
 }
 
@@ -177,7 +179,7 @@ fn update_ms() -> anyhow::Result<f64> {
         times_ms.extend(report.update_times_s.iter().map(|t| t * 1e3));
     }
     let (count, cost_ms) = (times_ms.len(), median(times_ms));
-    println!("pose update: {cost_ms:.2} ms (median of {count} updates in 5 missions)");
+    say::line(format_args!("pose update: {cost_ms:.2} ms (median of {count} updates in 5 missions)"))?;
     Ok(cost_ms)
 }
 

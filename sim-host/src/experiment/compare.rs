@@ -184,7 +184,7 @@ pub fn run(options: &CompareOptions, csv: Option<&Path>) -> anyhow::Result<(Stat
         "offset": options.offset.to_array(),
     });
     let experiment = Experiment::new("compare", &options.conditions, settings, None, csv);
-    let mental = MentalModel::new()?;
+    let mental = MentalModel::new()?.among(&options.conditions.scenario.known_obstacles());
     let per_dof = options.count as usize;
     let rows: Vec<Vec<Row>> = experiment.carry_out("problems", per_dof * options.dofs.len(), |i| {
         solve(options, i % per_dof, options.dofs[i / per_dof], &mental)
@@ -200,7 +200,7 @@ pub fn run(options: &CompareOptions, csv: Option<&Path>) -> anyhow::Result<(Stat
 fn solve(options: &CompareOptions, problem: usize, dof: u8, mental: &MentalModel) -> anyhow::Result<Vec<Row>> {
     let seed = options.conditions.seed(problem);
     let interval = options.offset.of_first(dof);
-    let truth = truth_of(seed);
+    let truth = truth_of(&options.conditions.scenario, seed)?;
     let guess = guess_around(&truth, &interval, seed);
     let mission = options.conditions.mission(problem, truth, guess, interval, MethodOptions::with_ideal_sensors());
     let captured = carry_out(&mission, Task::Locate)?;

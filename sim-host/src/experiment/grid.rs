@@ -137,7 +137,7 @@ impl GridOptions {
             anyhow::anyhow!("--formulation replan --error geometric: needs no trial per evaluation; expected: fixed")
         })?;
         let Conditions { scenario, reality, seed, .. } = &self.conditions;
-        Replan::new(scenario.shape(), self.truth(), *reality, *seed, published)
+        Replan::new(scenario, self.truth(), *reality, *seed, published)
     }
 }
 

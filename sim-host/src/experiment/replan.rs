@@ -8,6 +8,7 @@ use crate::advisor;
 use crate::mental::{Closing as Order, MentalModel, RolloutInput, RolloutOutcome};
 use crate::mission::Reality;
 use crate::plan::{PlanRefusal, Planner, PlannerConfig};
+use crate::scenario::Scenario;
 use crate::world::{HandStart, Scene};
 use std::time::{Duration, Instant};
 use tactus_common::limits::FINGERS;
@@ -57,22 +58,24 @@ pub struct Replan {
 }
 
 impl Replan {
-    /// Worlds with the object of `shape`, in reality at `truth`.
+    /// Worlds with the object of a scene, in reality at `truth`, among the scene's obstacles.
     ///
     /// # Errors
     /// The robot description cannot be used.
     pub fn new(
-        shape: ObjectShape,
+        scenario: &Scenario,
         truth: PlanarPose,
         reality: Reality,
         seed: u64,
         published: PublishedConfig,
     ) -> anyhow::Result<Self> {
+        let shape = scenario.shape();
+        let obstacles = scenario.known_obstacles();
         let touch = candidate(0, &shape).ok_or_else(|| anyhow::anyhow!("no touch for this object"))?;
         Ok(Self {
-            planner: Planner::new(&urdf_rs::read_from_string(source::URDF)?, PlannerConfig::default())?,
-            mental: MentalModel::new()?,
-            reality: MentalModel::of(&reality.mismatch(seed))?,
+            planner: Planner::new(&urdf_rs::read_from_string(source::URDF)?, PlannerConfig::default(), &obstacles)?,
+            mental: MentalModel::new()?.among(&obstacles),
+            reality: MentalModel::of(&reality.mismatch(scenario, seed))?.among(&obstacles),
             shape,
             truth,
             touch,
@@ -112,7 +115,7 @@ impl Replan {
             stop_at_rad: CLOSED_RAD,
             ticks: ROLLOUT_TICKS,
             object: *object,
-            half_extents_m: self.shape.half_extents_m(),
+            shape: self.shape,
         };
         Some(closing(&world.rollout(&input).ok()?))
     }
@@ -133,7 +136,7 @@ mod tests {
     const TRUTH: PlanarPose = PlanarPose::new(0.2, -0.1, 0.0);
 
     fn replan(reality: Reality) -> Replan {
-        Replan::new(ObjectShape::THESIS_BOX, TRUTH, reality, 1, PublishedConfig::default()).unwrap()
+        Replan::new(&Scenario::thesis_box(), TRUTH, reality, 1, PublishedConfig::default()).unwrap()
     }
 
     #[test]

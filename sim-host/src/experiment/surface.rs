@@ -98,7 +98,7 @@ pub fn run(options: &GridOptions, csv: Option<&Path>) -> anyhow::Result<(Statist
             let last = captured
                 .last()
                 .ok_or_else(|| anyhow::anyhow!("the mission of seed {seed} touched nothing; expected another seed"))?;
-            let mental = MentalModel::new()?;
+            let mental = MentalModel::new()?.among(&options.conditions.scenario.known_obstacles());
             let error = options.method.fixed_error(last, &mental);
             experiment.carry_out("poses", count, |i| Ok(row(options, i, Ok(error(&options.grid.pose(i))))))?
         }

@@ -7,19 +7,20 @@ use super::record::{Record, quantile};
 use crate::method::MethodOptions;
 use crate::mission::{self, MissionOptions};
 use crate::report::summary::MethodUsed;
+use crate::scenario::Scenario;
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::collections::BTreeMap;
-use std::f32::consts::FRAC_PI_4;
 use std::fmt;
 use std::path::Path;
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_hil::choice::name;
 
-/// Centre and half widths of the true poses: x in [0.0, 0.3] m, y in [-0.2, 0.0] m, phi in [-pi/4, pi/4] rad.
-const TRUTH_CENTRE: PlanarPose = PlanarPose::new(0.15, -0.1, 0.0);
-const TRUTH_HALF_WIDTH: Interval = Interval { x_m: 0.15, y_m: 0.1, phi_rad: FRAC_PI_4 };
+/// Draws of a true pose before a scene counts as having no room for its object.
+const DRAWS_MAX: u64 = 1_000;
+/// Distance from everything else that a true pose must leave, metres.
+const ROOM_M: f32 = 0.01;
 
 /// What to carry out.
 #[derive(Clone, Debug)]
@@ -268,17 +269,26 @@ impl Statistics {
     }
 }
 
-/// The true pose of a seed.
-pub fn truth_of(seed: u64) -> PlanarPose {
-    mission::draw_around(&TRUTH_CENTRE, &TRUTH_HALF_WIDTH, seed, mission::Stream::Truth)
+/// The true pose of a seed: uniform over the scene's region, drawn again where the object would not stand free.
+///
+/// # Errors
+/// The region has no room for the object.
+pub fn truth_of(scenario: &Scenario, seed: u64) -> anyhow::Result<PlanarPose> {
+    let (centre, half_width) = (scenario.trials.centre(), scenario.trials.half_width());
+    let draw = |k: u64| {
+        let seed = seed ^ (k << 32);
+        mission::draw_around(&centre, &half_width, seed, mission::Stream::Truth)
+    };
+    let found = (0..DRAWS_MAX).map(draw).find(|pose| scenario.stands_free(pose, ROOM_M));
+    found.ok_or_else(|| anyhow::anyhow!("trials: no room for the object in the scene's region among its obstacles"))
 }
 
 /// The mission of index `i` of a batch.
-fn mission_options(options: &TrialsOptions, i: usize) -> MissionOptions {
+fn mission_options(options: &TrialsOptions, i: usize) -> anyhow::Result<MissionOptions> {
     let seed = options.conditions.seed(i);
-    let truth = truth_of(seed);
+    let truth = truth_of(&options.conditions.scenario, seed)?;
     let guess = mission::guess_around(&truth, &options.offset, seed);
-    options.conditions.mission(i, truth, guess, options.offset, options.method)
+    Ok(options.conditions.mission(i, truth, guess, options.offset, options.method))
 }
 
 /// Carries out a batch; the CSV is written in order of seed.
@@ -292,7 +302,7 @@ pub fn run(options: &TrialsOptions, csv: Option<&Path>) -> anyhow::Result<(Stati
     });
     let experiment = Experiment::new("trials", &options.conditions, settings, None, csv);
     let missions: Vec<Mission> = experiment.carry_out("missions", options.count as usize, |i| {
-        let mission = mission_options(options, i);
+        let mission = mission_options(options, i)?;
         let captured = carry_out(&mission, options.task).with_context(|| format!("seed {}", mission.seed))?;
         Ok(Mission::of(&mission, options.task, &captured))
     })?;

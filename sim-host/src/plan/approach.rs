@@ -93,7 +93,7 @@ impl Planner {
             return None;
         }
         let Some(stroke) = line_of(query) else { return Some(None) };
-        let curve = self.stroke_curve(query, &stroke, way, &self.start_rules(query))?;
+        let curve = self.stroke_curve(query, &stroke, way, &self.line_rules(query))?;
         let pace = self.line_pace(self.config.guarded_speed_m_s, self.config.acceleration_scale);
         Some(Some(Part { curve, pace }))
     }

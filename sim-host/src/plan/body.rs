@@ -31,6 +31,9 @@ pub enum ModelError {
     /// The corners of a hand link do not span a solid.
     #[error("hand link {0}: its prism is not a convex solid")]
     Prism(usize),
+    /// An obstacle has no valid shape.
+    #[error("obstacle {0}: its shape is not a solid")]
+    Obstacle(usize),
 }
 
 /// Number of links of the arm with the base, hence the number of the hand's first link.
@@ -67,6 +70,23 @@ impl Body {
         let box_from_shape = world_from_box.inv_mul(&(*world_from_link * self.local));
         // Shapes that the library cannot compare count as touching: a refused plan is better than a crash.
         rapier3d::parry::query::intersection_test(&Pose::IDENTITY, &cuboid, &box_from_shape, &*self.shape)
+            .map_or(true, |t| t.intersecting)
+    }
+
+    /// Pose of the solid in the world, given that of the link.
+    pub fn pose(&self, world_from_link: &Pose) -> Pose {
+        *world_from_link * self.local
+    }
+
+    /// The solid.
+    pub fn shape(&self) -> &SharedShape {
+        &self.shape
+    }
+
+    /// Whether the solid overlaps a shape at `world_from_shape`.
+    pub fn meets(&self, world_from_link: &Pose, shape: &SharedShape, world_from_shape: &Pose) -> bool {
+        let own = self.pose(world_from_link);
+        rapier3d::parry::query::intersection_test(world_from_shape, &**shape, &own, &*self.shape)
             .map_or(true, |t| t.intersecting)
     }
 

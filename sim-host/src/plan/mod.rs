@@ -20,13 +20,15 @@ pub mod timing;
 pub use body::ModelError;
 pub use query::{ObjectEstimate, PlanQuery, PlanRefusal, PlannerConfig, Purpose};
 
+use crate::solid::Solid;
 use curve::Curve;
 use ladder::{Ladder, Node, Rung};
-use rapier3d::parry::math::{Pose, Vector};
-use scene::{Block, Rules, Scene};
+use rapier3d::parry::math::Pose;
+use scene::{Clearance, Load, Rules, Scene};
 use stroke::Stroke;
 use tactus_common::limits::ARM_JOINTS;
 use tactus_common::robot::{ARM_LIMITS, arm, inverse};
+use tactus_common::shape::Obstacle;
 use tactus_common::trajectory::{Knot, Trajectory};
 use timing::{Pace, knots_along};
 
@@ -46,12 +48,16 @@ struct Part {
 }
 
 impl Planner {
-    /// A planner for the robot that `robot` describes.
+    /// A planner for the robot that `robot` describes, with these obstacles on the table.
     ///
     /// # Errors
     /// [`ModelError`] if links are missing or have shapes that cannot be used.
-    pub fn new(robot: &urdf_rs::Robot, config: PlannerConfig) -> Result<Self, ModelError> {
-        Ok(Self { scene: Scene::new(robot)?, config })
+    pub fn new<'o>(
+        robot: &urdf_rs::Robot,
+        config: PlannerConfig,
+        obstacles: impl IntoIterator<Item = &'o Obstacle>,
+    ) -> Result<Self, ModelError> {
+        Ok(Self { scene: Scene::new(robot, obstacles)?, config })
     }
 
     /// The collision scene.
@@ -92,12 +98,15 @@ impl Planner {
     fn transport(&self, query: &PlanQuery) -> Result<Vec<Part>, PlanRefusal> {
         let [up, over, down] =
             carry_strokes(&arm::hand_pose(&query.start_q_rad), &query.goal_world_from_hand, query.approach_height_m);
-        let near_table = Rules { object: None, ..self.start_rules(query) };
-        let carried = query.object.map(|object| Block {
-            pose: Pose::from(arm::hand_pose(&query.start_q_rad)).inverse()
-                * Pose::from(object.pose.isometry(object.z_m)),
-            half_m: Vector::from(object.half_extents_m),
+        let lifting = Rules { object: None, ..self.start_rules(query) };
+        let carried = query.object.and_then(|object| {
+            let Solid { in_body, shape, .. } = Solid::new(&object.shape)?;
+            let hand_from_world = Pose::from(arm::hand_pose(&query.start_q_rad)).inverse();
+            let pose = hand_from_world * Pose::from(object.pose.isometry(object.z_m)) * in_body;
+            Some(Load { pose, shape, near_table: false })
         });
+        let lowered = carried.clone().map(|load| Load { near_table: true, ..load });
+        let lowering = Rules { object: None, carried: lowered, ..self.line_rules(query) };
         // Half the lift is left as room for a load that hangs askew.
         let margin = self.config.table_margin_m.min(0.5 * query.approach_height_m);
         let aloft = Rules { table_margin_m: margin, object: None, carried, ..self.travel_rules(query) };
@@ -105,9 +114,9 @@ impl Planner {
         self.strokes(
             query,
             &[
-                (up, self.line_pace(self.config.retreat_speed_m_s, gentle), near_table),
+                (up, self.line_pace(self.config.retreat_speed_m_s, gentle), lifting),
                 (over, self.line_pace(self.config.carry_speed_m_s, gentle), aloft),
-                (down, self.line_pace(self.config.guarded_speed_m_s, gentle), near_table),
+                (down, self.line_pace(self.config.guarded_speed_m_s, gentle), lowering),
             ],
         )
     }
@@ -157,7 +166,14 @@ impl Planner {
             object: query.object.filter(|_| palm_matters).map(|object| object.block(0.0)),
             fingers_may_touch: true,
             carried: None,
+            obstacles: Clearance { margin_m: self.config.contact_obstacle_margin_m, of_fingers: false },
         }
+    }
+
+    /// What the robot keeps away from on a guarded line down: as at the start, and with the fingers from obstacles.
+    fn line_rules(&self, query: &PlanQuery) -> Rules {
+        let start = self.start_rules(query);
+        Rules { obstacles: Clearance { of_fingers: true, ..start.obstacles }, ..start }
     }
 
     /// What the robot keeps away from on its way.
@@ -168,6 +184,7 @@ impl Planner {
             object: query.object.map(|object| object.inflated(self.config.object_margin_m)),
             fingers_may_touch: false,
             carried: None,
+            obstacles: Clearance { margin_m: self.config.obstacle_margin_m, of_fingers: true },
         }
     }
 

@@ -6,6 +6,7 @@ use nalgebra::Isometry3;
 use rapier3d::parry::math::Vector;
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::hand::HandAngles;
+use tactus_common::shape::ObjectShape;
 use tactus_common::trajectory::TrajectoryError;
 
 /// Highest approach, metres.
@@ -29,8 +30,8 @@ pub enum Purpose {
 /// Where the object is believed to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObjectEstimate {
-    /// Half of the edges along the object's axes, metres.
-    pub half_extents_m: [f32; 3],
+    /// Its shape.
+    pub shape: ObjectShape,
     /// Believed pose.
     pub pose: PlanarPose,
     /// Height of the object frame (its middle) above the table top, metres.
@@ -94,6 +95,10 @@ pub enum PlanRefusal {
 pub struct PlannerConfig {
     /// Distance from the object that travel keeps, beyond its inflation, metres.
     pub object_margin_m: f32,
+    /// Distance from obstacles that travel keeps, metres.
+    pub obstacle_margin_m: f32,
+    /// Distance from obstacles that guarded and lifting motions keep, metres.
+    pub contact_obstacle_margin_m: f32,
     /// Height above the table that travel keeps, metres.
     pub table_margin_m: f32,
     /// Height above the table that guarded and lifting motions keep, metres.
@@ -118,6 +123,8 @@ impl Default for PlannerConfig {
     fn default() -> Self {
         Self {
             object_margin_m: 0.01,
+            obstacle_margin_m: 0.02,
+            contact_obstacle_margin_m: 0.003,
             table_margin_m: 0.02,
             contact_table_margin_m: 0.002,
             self_margin_m: 0.01,
@@ -135,26 +142,21 @@ impl Default for PlannerConfig {
 impl ObjectEstimate {
     /// An estimate whose inflation is three standard deviations: `sigma_m` of the position along the object's x and y, metres, `sigma_phi_rad` of
     /// its yaw. Never more than `HALF_MAX` = 0.3 m a side: what lies beyond is the table's edge.
-    pub fn with_sigma(
-        half_extents_m: [f32; 3],
-        pose: PlanarPose,
-        z_m: f32,
-        sigma_m: [f32; 2],
-        sigma_phi_rad: f32,
-    ) -> Self {
+    pub fn with_sigma(shape: &ObjectShape, pose: PlanarPose, z_m: f32, sigma_m: [f32; 2], sigma_phi_rad: f32) -> Self {
         const HALF_MAX: f32 = 0.3;
         let turn = 3.0 * sigma_phi_rad;
+        let half_extents_m = shape.half_extents_m();
         let inflation_m = [
             (3.0 * sigma_m[0] + turn * half_extents_m[1]).clamp(0.0, HALF_MAX),
             (3.0 * sigma_m[1] + turn * half_extents_m[0]).clamp(0.0, HALF_MAX),
             0.0,
         ];
-        Self { half_extents_m, pose, z_m, inflation_m }
+        Self { shape: *shape, pose, z_m, inflation_m }
     }
 
-    /// The object as believed, grown by `margin_m` on every side.
+    /// The bounding box of the object as believed, grown by `margin_m` on every side.
     pub(super) fn block(&self, margin_m: f32) -> Block {
-        let half_m = Vector::from(self.half_extents_m) + Vector::splat(margin_m);
+        let half_m = Vector::from(self.shape.half_extents_m()) + Vector::splat(margin_m);
         Block { pose: self.pose.isometry(self.z_m).into(), half_m }
     }
 
@@ -167,7 +169,7 @@ impl ObjectEstimate {
     fn is_usable(&self) -> bool {
         self.pose.is_finite()
             && self.z_m.is_finite()
-            && self.half_extents_m.iter().all(|x| x.is_finite() && *x > 0.0)
+            && self.shape.is_valid()
             && self.inflation_m.iter().all(|x| x.is_finite() && *x >= 0.0)
     }
 }

@@ -2,25 +2,48 @@
 
 use super::Joints;
 use super::body::{Body, HAND, ModelError, bodies};
+use crate::solid::Solid;
 use rapier3d::parry::math::{Pose, Vector};
-use rapier3d::parry::shape::Cuboid;
+use rapier3d::parry::query;
+use rapier3d::parry::shape::SharedShape;
 use tactus_common::robot::hand::{self, HandAngles};
 use tactus_common::robot::{HandLink, arm, world_from_base};
+use tactus_common::shape::Obstacle;
 
 /// Farthest that any part of robot or load lies from the axis of each joint, metres (facts 1.1, 1.4, 2.6: stretched arm 0.91 + hand 0.20).
 const LEVER_M: [f32; 7] = [1.1, 1.1, 0.65, 0.57, 0.30, 0.29, 0.17];
 
-/// A box that the robot must not touch, or carries.
+/// A box that the robot must not touch.
 #[derive(Clone, Copy, Debug)]
 pub struct Block {
-    /// World-from-box, or hand-from-box if carried.
+    /// World-from-box.
     pub pose: Pose,
     /// Half of the edges, metres.
     pub half_m: Vector,
 }
 
-/// What counts as a collision in one part of a motion.
+/// What the hand carries.
+#[derive(Clone)]
+pub struct Load {
+    /// Hand-from-shape.
+    pub pose: Pose,
+    /// Its shape; a support map.
+    pub shape: SharedShape,
+    /// It comes from the table or goes down to it: only obstacles count.
+    pub near_table: bool,
+}
+
+/// How far parts of the robot keep from obstacles.
 #[derive(Clone, Copy, Debug)]
+pub struct Clearance {
+    /// Distance, metres.
+    pub margin_m: f32,
+    /// Whether the fingers keep it too; they may touch an obstacle where they have just closed.
+    pub of_fingers: bool,
+}
+
+/// What counts as a collision in one part of a motion.
+#[derive(Clone)]
 pub struct Rules {
     /// Height above the table top that moving parts must keep, metres.
     pub table_margin_m: f32,
@@ -30,8 +53,10 @@ pub struct Rules {
     pub object: Option<Block>,
     /// Whether the fingers may meet the object, and only arm, palm and knuckles keep away from it.
     pub fingers_may_touch: bool,
-    /// A box held by the hand: it must keep off the table and the arm.
-    pub carried: Option<Block>,
+    /// What the hand holds: it must keep off obstacles, the table and the arm.
+    pub carried: Option<Load>,
+    /// How far everything keeps from obstacles.
+    pub obstacles: Clearance,
 }
 
 /// What a posture runs into.
@@ -41,6 +66,8 @@ pub enum Hit {
     Table,
     /// The object on the table.
     Object,
+    /// What else stands on the table (or what is carried meets it).
+    Obstacle,
     /// The robot itself (or what it carries meets the robot).
     Itself,
 }
@@ -49,14 +76,46 @@ pub enum Hit {
 pub struct Scene {
     bodies: Vec<Body>,
     pairs: Vec<(usize, usize)>,
+    obstacles: Vec<Fixed>,
+}
+
+/// An obstacle.
+struct Fixed {
+    /// World-from-shape.
+    pose: Pose,
+    shape: SharedShape,
+    /// Bounding sphere, world frame, metres.
+    centre_m: Vector,
+    radius_m: f32,
+}
+
+impl Fixed {
+    fn new(obstacle: &Obstacle) -> Option<Self> {
+        let Solid { in_body, shape, .. } = Solid::new(&obstacle.shape)?;
+        let pose = Pose::from(obstacle.isometry()) * in_body;
+        let sphere = shape.compute_local_bounding_sphere();
+        Some(Self { pose, centre_m: pose * sphere.center, radius_m: sphere.radius, shape })
+    }
+
+    /// Whether a shape, whose bounding sphere is given, comes nearer than `margin_m`.
+    fn near(&self, centre_m: Vector, radius_m: f32, shape: &SharedShape, pose: &Pose, margin_m: f32) -> bool {
+        let reach_m = self.radius_m + radius_m + margin_m;
+        if (self.centre_m - centre_m).length_squared() > reach_m * reach_m {
+            return false;
+        }
+        query::distance(&self.pose, &*self.shape, pose, &**shape).map_or(true, |d| d.distance <= margin_m)
+    }
 }
 
 impl Scene {
-    /// The scene for a robot.
+    /// The scene for a robot among obstacles.
     ///
     /// # Errors
-    /// [`ModelError`] as from [`bodies`].
-    pub fn new(robot: &urdf_rs::Robot) -> Result<Self, ModelError> {
+    /// [`ModelError`] as from [`bodies`], or for an obstacle that is no solid.
+    pub fn new<'o>(
+        robot: &urdf_rs::Robot,
+        obstacles: impl IntoIterator<Item = &'o Obstacle>,
+    ) -> Result<Self, ModelError> {
         let bodies = bodies(robot)?;
         let mut pairs = Vec::new();
         for (i, a) in bodies.iter().enumerate() {
@@ -66,7 +125,9 @@ impl Scene {
                 }
             }
         }
-        Ok(Self { bodies, pairs })
+        let fixed = |(index, obstacle)| Fixed::new(obstacle).ok_or(ModelError::Obstacle(index));
+        let obstacles = obstacles.into_iter().enumerate().map(fixed).collect::<Result<_, _>>()?;
+        Ok(Self { bodies, pairs, obstacles })
     }
 
     /// World poses of all links: base, arm links 1 to 7, hand links.
@@ -101,27 +162,49 @@ impl Scene {
                 }
             }
         }
+        if self.obstacle_hit(&poses, &rules.obstacles) {
+            return Some(Hit::Obstacle);
+        }
         for (i, k) in &self.pairs {
             let (a, b) = (&self.bodies[*i], &self.bodies[*k]);
             if a.near(&poses[a.link], b, &poses[b.link], rules.self_margin_m) {
                 return Some(Hit::Itself);
             }
         }
-        rules.carried.and_then(|load| self.load_hit(&poses, &load, rules))
+        rules.carried.as_ref().and_then(|load| self.load_hit(&poses, load, rules))
     }
 
-    /// What a carried box runs into; its height is that of its lowest corner.
-    fn load_hit(&self, poses: &[Pose; HAND + 9], load: &Block, rules: &Rules) -> Option<Hit> {
-        let world_from_box = poses[HAND] * load.pose;
-        let cuboid = Cuboid::new(load.half_m);
-        let lowest = rapier3d::parry::shape::SupportMap::support_point_toward(&cuboid, &world_from_box, -Vector::Z);
-        if lowest.z < rules.table_margin_m {
+    /// Whether a part of the robot is too near to an obstacle. Base and shoulder turn on the spot, beside the table.
+    fn obstacle_hit(&self, poses: &[Pose; HAND + 9], clearance: &Clearance) -> bool {
+        let movers = self.bodies.iter().filter(|body| body.link >= 2);
+        let mut movers = movers.filter(|body| clearance.of_fingers || !is_finger(body.link));
+        !self.obstacles.is_empty()
+            && movers.any(|body| {
+                let (centre, pose) = (body.centre(&poses[body.link]), body.pose(&poses[body.link]));
+                let near = |o: &Fixed| o.near(centre, body.radius_m, body.shape(), &pose, clearance.margin_m);
+                self.obstacles.iter().any(near)
+            })
+    }
+
+    /// What a carried body runs into; its height is that of its lowest point.
+    fn load_hit(&self, poses: &[Pose; HAND + 9], load: &Load, rules: &Rules) -> Option<Hit> {
+        let world_from_shape = poses[HAND] * load.pose;
+        let sphere = load.shape.compute_local_bounding_sphere();
+        let centre = world_from_shape * sphere.center;
+        let near = |o: &Fixed| o.near(centre, sphere.radius, &load.shape, &world_from_shape, rules.obstacles.margin_m);
+        if self.obstacles.iter().any(near) {
+            return Some(Hit::Obstacle);
+        }
+        if load.near_table {
+            return None;
+        }
+        let support = load.shape.as_support_map();
+        let lowest_m = support.map_or(f32::MIN, |shape| shape.support_point_toward(&world_from_shape, -Vector::Z).z);
+        if lowest_m < rules.table_margin_m {
             return Some(Hit::Table);
         }
-        let arm = self.bodies.iter().filter(|body| body.link <= 4);
-        arm.into_iter()
-            .any(|body| body.meets_box(&poses[body.link], &world_from_box, load.half_m))
-            .then_some(Hit::Itself)
+        let mut arm = self.bodies.iter().filter(|body| body.link <= 4);
+        arm.any(|body| body.meets(&poses[body.link], &load.shape, &world_from_shape)).then_some(Hit::Itself)
     }
 
     /// What a straight motion in joint space runs into, both ends included, looked at in steps in which no point of the robot moves more than `step_m`.

@@ -1,5 +1,6 @@
 //! What the planner promises, checked on the trajectories that it returns.
 
+mod obstacles;
 mod report;
 mod witness;
 
@@ -11,6 +12,7 @@ use std::f32::consts::{FRAC_PI_2, PI};
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::hand::HandAngles;
 use tactus_common::robot::{inverse, source};
+use tactus_common::shape::ObjectShape;
 
 /// Hand frame above the table when the palm's face is 46 mm above the box's top.
 const TOUCH_Z_M: f32 = 0.325;
@@ -18,7 +20,7 @@ const APPROACH_M: f32 = 0.08;
 const HALF_M: [f32; 3] = [0.1, 0.05, 0.1];
 
 fn planner() -> Planner {
-    Planner::new(&urdf_rs::read_from_string(source::URDF).unwrap(), PlannerConfig::default()).unwrap()
+    Planner::new(&urdf_rs::read_from_string(source::URDF).unwrap(), PlannerConfig::default(), &[]).unwrap()
 }
 
 /// Hand pointing straight down, its x axis at `yaw_rad` from the world's.
@@ -39,7 +41,7 @@ fn home() -> Joints {
 }
 
 fn object(pose: PlanarPose) -> ObjectEstimate {
-    ObjectEstimate::with_sigma(HALF_M, pose, 0.1, [0.01, 0.01], 0.1)
+    ObjectEstimate::with_sigma(&ObjectShape::Cuboid { half_extents_m: HALF_M }, pose, 0.1, [0.01, 0.01], 0.1)
 }
 
 fn touch(start_q_rad: Joints, pose: PlanarPose, hand_yaw_rad: f32) -> PlanQuery {
@@ -220,15 +222,18 @@ fn whatever_the_witness_sees_the_scene_sees_too() {
             object: Some(estimate.block(0.0)),
             fingers_may_touch: false,
             carried: None,
+            obstacles: scene::Clearance { margin_m: 0.0, of_fingers: true },
         };
         let block = pose.isometry(estimate.z_m);
         match planner.scene().hit(&q, &angles, &rules) {
             Some(scene::Hit::Table) => hits[0] += 1,
             Some(scene::Hit::Object) => hits[1] += 1,
             Some(scene::Hit::Itself) => hits[2] += 1,
+            Some(scene::Hit::Obstacle) => panic!("there is no obstacle"),
             None => assert_eq!(witness::complaint(&solids, &q, &angles, Some((&block, HALF_M))), None, "{q:?}"),
         }
-        let grown = Rules { table_margin_m: 0.01, self_margin_m: 0.01, object: Some(estimate.block(0.01)), ..rules };
+        let grown =
+            Rules { table_margin_m: 0.01, self_margin_m: 0.01, object: Some(estimate.block(0.01)), ..rules.clone() };
         // A miss by a centimetre or more is no hit: the scene does not cry wolf.
         let clear = witness::complaint(&solids, &q, &angles, Some((&block, HALF_M.map(|h| h + 0.02)))).is_none();
         let lowest_clear = planner.scene().hit(&q, &angles, &grown) != Some(scene::Hit::Table);
@@ -319,7 +324,8 @@ fn each_refusal_has_its_reason() {
     assert_eq!(refused(&|q| q.object = Some(object(PlanarPose::new(f32::NAN, 0.0, 0.0)))), PlanRefusal::NonFinite);
     assert_eq!(refused(&|q| q.hand_angles.spread_rad = f32::NAN), PlanRefusal::NonFinite);
     // The object is taken to be so high that the hand cannot get above it.
-    let tower = ObjectEstimate { half_extents_m: [0.1, 0.1, 0.6], z_m: 0.6, ..object(pose) };
+    let tower =
+        ObjectEstimate { shape: ObjectShape::Cuboid { half_extents_m: [0.1, 0.1, 0.6] }, z_m: 0.6, ..object(pose) };
     assert_eq!(refused(&|q| q.object = Some(tower)), PlanRefusal::GoalInCollision);
 }
 
@@ -347,5 +353,8 @@ fn the_same_query_gives_the_same_bits() {
 fn a_description_without_an_arm_is_refused_by_name() {
     let mut robot = urdf_rs::read_from_string(source::URDF).unwrap();
     robot.links.retain(|link| link.name != "wam_link4");
-    assert_eq!(Planner::new(&robot, PlannerConfig::default()).err(), Some(ModelError::NoLink("wam_link4".to_owned())));
+    assert_eq!(
+        Planner::new(&robot, PlannerConfig::default(), &[]).err(),
+        Some(ModelError::NoLink("wam_link4".to_owned()))
+    );
 }

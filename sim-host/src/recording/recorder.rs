@@ -162,7 +162,8 @@ impl Recorder {
         let tick = seen.tick;
         self.sink.write(tick, &Content::Transforms(self.transforms(seen)))?;
         self.sink.write(tick, &Content::JointStates(joint_states(seen)))?;
-        self.sink.write(tick, &Content::ObjectTruth(ObjectTruth::new(tick, &seen.world.object_pose())))?;
+        let truth = ObjectTruth::new(tick, &seen.setup.shape, &seen.world.object_pose());
+        self.sink.write(tick, &Content::ObjectTruth(truth))?;
         let force_n = seen.world.link_forces_n();
         self.sink.write(tick, &Content::LinkForces(LinkForces { tick, force_n }))?;
         let forces = seen.world.hand_forces();

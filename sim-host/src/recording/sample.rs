@@ -5,7 +5,7 @@
 //! F2 knuckle, F2 inner, F2 tip, F3 inner, F3 tip.
 
 use crate::host::Lost;
-use crate::mission::{planar, yaw_and_tilt};
+use crate::mission::{planar, tilt_rad};
 use crate::wire::WireStats;
 use crate::world::model::Cell;
 use nalgebra::Isometry3;
@@ -15,6 +15,7 @@ use tactus_common::limits::{ARM_JOINTS, FINGERS, HAND_LINKS, HAND_MOTORS, PAD_CE
 use tactus_common::message::{self, DigestReport, Outcome, Phase, RefusalReason};
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::{HandCommand, JointCommands, JointReadings, TactileImage};
+use tactus_common::shape::ObjectShape;
 
 /// Pose of an object that stands on the table, world frame (z up, origin on the table top's centre).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -409,10 +410,10 @@ pub struct ObjectTruth {
 }
 
 impl ObjectTruth {
-    /// The object stands so at this tick.
-    pub fn new(tick: u32, pose: &Isometry3<f32>) -> Self {
+    /// The object, of this shape, stands so at this tick.
+    pub fn new(tick: u32, shape: &ObjectShape, pose: &Isometry3<f32>) -> Self {
         let PlanarPose { x_m, y_m, phi_rad } = planar(pose);
-        let (_, tilt_rad) = yaw_and_tilt(pose);
+        let tilt_rad = tilt_rad(shape, pose);
         let orientation_xyzw = pose.rotation.coords.into();
         Self { tick, x_m, y_m, z_m: pose.translation.z, orientation_xyzw, phi_rad, tilt_rad }
     }

@@ -2,15 +2,14 @@
 
 use super::convert::{point, pose, timestamp, vector};
 use super::solid;
+use crate::solid::Solid;
 use crate::world::view::{Body, HandForce, Kind};
 use foxglove::messages::{
     ArrowPrimitive, Color, KeyValuePair, LinePrimitive, Point3, SceneEntity, SceneUpdate, line_primitive,
 };
 use nalgebra::{Isometry3, Matrix2, SymmetricEigen, UnitQuaternion, Vector2, Vector3};
-use rapier3d::prelude::SharedShape;
 use tactus_common::message::{Setup, Status};
 use tactus_common::pose::PlanarPose;
-use tactus_common::shape::ObjectShape;
 
 /// The frame that all others are posed in: z up, origin on the table top's centre.
 pub const WORLD: &str = "world";
@@ -92,8 +91,9 @@ pub fn bodies(tick: u32, bodies: &[Body]) -> anyhow::Result<SceneUpdate> {
 /// A shape that cannot be shown.
 pub fn belief(setup: &Setup, status: &Status) -> anyhow::Result<SceneUpdate> {
     let mut ghost = entity(status.tick, BELIEVED, "belief", "belief");
-    for (at, shape) in shapes_of(&setup.shape) {
-        solid::add(&mut ghost, &at, &shape, color(BLUE, 0.35))?;
+    // One that is not valid has no solid; the controller refuses it.
+    if let Some(told) = Solid::new(&setup.shape) {
+        solid::add(&mut ghost, &told.in_body.into(), &told.shape, color(BLUE, 0.35))?;
     }
     let mut region = entity(status.tick, WORLD, "belief_region", "belief");
     let reach_m = setup.shape.half_extents_m().into_iter().take(2).fold(0.0, f32::max);
@@ -102,15 +102,6 @@ pub fn belief(setup: &Setup, status: &Status) -> anyhow::Result<SceneUpdate> {
         .lines
         .push(line(wedge(&status.belief, status.covariance[5], 1.5 * reach_m), line_primitive::Type::LineStrip));
     Ok(update(vec![ghost, region]))
-}
-
-/// The shape that the controller was told, in the object's frame.
-fn shapes_of(shape: &ObjectShape) -> Vec<(Isometry3<f32>, SharedShape)> {
-    match shape {
-        ObjectShape::Cuboid { half_extents_m: [x, y, z] } => {
-            vec![(Isometry3::identity(), SharedShape::cuboid(*x, *y, *z))]
-        }
-    }
 }
 
 fn line(points: Vec<Point3>, of: line_primitive::Type) -> LinePrimitive {

@@ -6,6 +6,7 @@ use anyhow::Context;
 use serde::Serialize;
 use std::path::Path;
 use tactus_common::pose::PlanarPose;
+use tactus_hil::say;
 
 /// A pose as the summary shows it: metres and radians.
 #[derive(Serialize, Clone, Copy, Debug)]
@@ -95,6 +96,8 @@ pub struct Summary {
     yaw_error_rad: f32,
     goal_position_error_m: f32,
     goal_yaw_error_rad: f32,
+    /// The farthest that any other free body was pushed, metres.
+    others_shift_m: f32,
     trials: u32,
     evaluations: u32,
     update_time_s: f64,
@@ -127,6 +130,7 @@ impl Summary {
             yaw_error_rad: report.yaw_error_rad,
             goal_position_error_m: report.goal_position_error_m,
             goal_yaw_error_rad: report.goal_yaw_error_rad,
+            others_shift_m: report.others_shift_m,
             trials: report.trials,
             evaluations: report.evaluations,
             update_time_s: report.update_time_s(),
@@ -166,7 +170,7 @@ impl Summary {
 pub fn write_json<T: Serialize>(value: &T, path: &Path) -> anyhow::Result<()> {
     let text = serde_json::to_string_pretty(value)?;
     if path.as_os_str() == "-" {
-        println!("{text}");
+        say::line(text)?;
         return Ok(());
     }
     std::fs::write(path, text + "\n").with_context(|| format!("--summary {}", path.display()))

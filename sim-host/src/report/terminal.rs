@@ -12,7 +12,7 @@ pub fn closing(options: &MissionOptions, report: &MissionReport) -> String {
     };
     let sd = report.believed_sd();
     let goal = options.scenario.goal(&options.truth);
-    let head = if report.transported() { "The box stands at its goal." } else { "The task failed." };
+    let head = if report.transported() { "The object stands at its goal." } else { "The task failed." };
     // Writing to a String cannot fail.
     let _ = writeln!(out, "\n{head}  ({}, seed {})\n", report.outcome_text(), options.seed);
     let _ = writeln!(out, "  told        {}", pose(&options.guess));

@@ -28,7 +28,7 @@ pub enum WorldError {
     #[error("scene: {what} is {value}, expected {expected}")]
     Scene {
         /// Which quantity.
-        what: &'static str,
+        what: String,
         /// Its value.
         value: String,
         /// What would be accepted.

@@ -2,6 +2,7 @@
 
 use super::noise::Noise;
 use super::robot::RobotScales;
+use crate::scenario::format::{MismatchScales, NoiseScales};
 
 /// Factors and offsets on the nominal world. The controller and the mental model never see them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,9 +84,70 @@ impl Mismatch {
     }
 }
 
+impl Mismatch {
+    /// This world's differences from the nominal one made larger or smaller: each of them multiplied by its scale, noise
+    /// by its own. Scales of 1 change nothing.
+    pub fn scaled(&self, noise: &NoiseScales, scales: &MismatchScales) -> Self {
+        let nominal = Self::none();
+        let (robot, nominal_robot) = (&self.robot, RobotScales::NOMINAL);
+        Self {
+            table_friction: towards(nominal.table_friction, self.table_friction, scales.friction),
+            pad_friction: towards(nominal.pad_friction, self.pad_friction, scales.friction),
+            object_mass: towards(nominal.object_mass, self.object_mass, scales.mass),
+            object_size_m: all_towards(&nominal.object_size_m, &self.object_size_m, scales.size),
+            robot: RobotScales {
+                arm_mass: all_towards(&nominal_robot.arm_mass, &robot.arm_mass, scales.robot),
+                hand_mass: all_towards(&nominal_robot.hand_mass, &robot.hand_mass, scales.robot),
+                arm_damping: all_towards(&nominal_robot.arm_damping, &robot.arm_damping, scales.robot),
+                arm_friction: all_towards(&nominal_robot.arm_friction, &robot.arm_friction, scales.robot),
+            },
+            breakaway: all_towards(&nominal.breakaway, &self.breakaway, scales.robot),
+            tactile_threshold_n_cm2: towards(
+                nominal.tactile_threshold_n_cm2,
+                self.tactile_threshold_n_cm2,
+                scales.sensors,
+            ),
+            tactile_noise_n_cm2: self.tactile_noise_n_cm2 * noise.tactile,
+            tactile_gain: all_towards(&nominal.tactile_gain, &self.tactile_gain, scales.sensors),
+            tip_torque_offset_nm: all_towards(
+                &nominal.tip_torque_offset_nm,
+                &self.tip_torque_offset_nm,
+                scales.sensors,
+            ),
+            tip_torque_noise_nm: self.tip_torque_noise_nm * noise.tip_torque,
+            effort_noise_nm: self.effort_noise_nm * noise.effort,
+            latency_ticks: libm::roundf(self.latency_ticks as f32 * scales.latency) as u32,
+        }
+    }
+}
+
+/// The value that differs from `nominal` by `scale` times as much as `drawn` does.
+fn towards(nominal: f32, drawn: f32, scale: f32) -> f32 {
+    // To the bit the drawn value, and not one rounded twice.
+    if scale == 1.0 { drawn } else { nominal + scale * (drawn - nominal) }
+}
+
+fn all_towards<const N: usize>(nominal: &[f32; N], drawn: &[f32; N], scale: f32) -> [f32; N] {
+    core::array::from_fn(|i| towards(nominal[i], drawn[i], scale))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn scales_of_one_change_nothing_and_of_zero_leave_the_nominal_world() {
+        let none = MismatchScales { friction: 0.0, mass: 0.0, size: 0.0, robot: 0.0, sensors: 0.0, latency: 0.0 };
+        let silent = NoiseScales { tactile: 0.0, tip_torque: 0.0, effort: 0.0 };
+        for seed in 0..50 {
+            let drawn = Mismatch::from_seed(seed);
+            assert_eq!(drawn.scaled(&NoiseScales::ONE, &MismatchScales::ONE), drawn);
+            assert_eq!(drawn.scaled(&silent, &none), Mismatch::none());
+            let half = drawn.scaled(&NoiseScales::ONE, &MismatchScales { friction: 0.5, ..MismatchScales::ONE });
+            assert!((half.table_friction - 1.0 - 0.5 * (drawn.table_friction - 1.0)).abs() < 1e-6);
+            assert_eq!(half.object_mass, drawn.object_mass);
+        }
+    }
 
     #[test]
     fn the_same_seed_gives_the_same_world_and_others_differ_within_bounds() {

@@ -1,10 +1,10 @@
-//! The simulated world: arm, hand, table and one free box, with the robot's own sensors.
+//! The simulated world: arm, hand, table, an object and what else stands there, with the robot's own sensors.
 //!
 //! [`World::tick`] advances by one control tick (2 ms) under one tick's commands; [`World::readings`] and
 //! [`World::tactile`] are what the robot's electronics then report. Reality differs from the nominal numbers by a
 //! [`Mismatch`]; the controller and the mental model never see it. The true pose of the object is for reports only.
 //!
-//! * [`model`]: URDF and TOML. [`robot`]: the multibody. [`drive`], [`hand`]: motors, worms, TorqueSwitch, shafts.
+//! * [`scene`]: what stands where. [`rolling`]: what keeps round things from rolling on. [`model`]: URDF and TOML. [`robot`]: the multibody. [`drive`], [`hand`]: motors, worms, TorqueSwitch, shafts.
 //! * [`integrator`]: why a swinging arm keeps its energy.
 //! * [`contacts`], [`tactile`], [`sensors`]: what the robot feels. [`mismatch`], [`noise`]: how reality differs.
 //! * [`view`]: what stands where, for pictures.
@@ -21,6 +21,7 @@ pub mod mismatch;
 pub mod model;
 pub mod noise;
 pub mod robot;
+pub mod rolling;
 pub mod scene;
 pub mod sensors;
 pub mod tactile;
@@ -31,7 +32,7 @@ pub mod view;
 pub use error::WorldError;
 pub use hand::HandStart;
 pub use mismatch::Mismatch;
-pub use scene::Scene;
+pub use scene::{Scene, Standing};
 
 use digest::Fnv;
 use hand::{HandDrives, HandParams};
@@ -41,6 +42,8 @@ use nalgebra::Isometry3;
 use noise::Noise;
 use rapier3d::prelude::*;
 use robot::{Robot, Root};
+use rolling::Rolling;
+use scene::{Inserted, Named};
 use sensors::Sensors;
 use std::collections::VecDeque;
 use tactile::{PadParams, Pads};
@@ -97,6 +100,9 @@ pub struct World {
     physics: PhysicsWorld,
     robot: Robot,
     object: RigidBodyHandle,
+    /// The other bodies that stand free, and where they stood at first.
+    others: Vec<(RigidBodyHandle, Vector)>,
+    rolling: Rolling,
     table: ColliderHandle,
     params: HandParams,
     pad_params: [PadParams; PADS],
@@ -128,13 +134,24 @@ impl World {
         physics.gravity = Vector::new(0.0, 0.0, -9.81);
         physics.integration_parameters = integration_parameters(TICK_S / STEPS_PER_TICK as f32);
         let table = scene::insert_table(&mut physics, scene, mismatch);
-        let half_extents_m = scene.true_half_extents_m(mismatch);
-        let (object, object_collider) = scene::insert_object(&mut physics, scene, mismatch);
+        let mut rolling = Rolling::default();
+        let object = scene::insert_object(&mut physics, &mut rolling, scene, mismatch)?;
         let friction = robot::Friction { pads: scene.pad_friction * mismatch.pad_friction, bare: scene.bare_friction };
         let robot = Robot::insert(&mut physics, model, &mismatch.robot, friction, Root::Arm)?;
         let params = HandParams::new(model, &mismatch.breakaway);
         let drives = HandDrives::start(&mut physics, &robot, &params, &scene.hand_start, &scene.arm_start_rad);
-        scene::check_overlaps(&physics, &robot, model, table, object_collider)?;
+        let others = insert_others(&mut physics, &mut rolling, scene, mismatch)?;
+        let table_and_object = [
+            Named { name: "table", collider: table, is_fixed: true },
+            Named { name: "object", collider: object.collider, is_fixed: false },
+        ];
+        let besides = scene.others.iter().zip(&others).map(|(standing, other)| Named {
+            name: &standing.name,
+            collider: other.collider,
+            is_fixed: standing.free_kg.is_none(),
+        });
+        let named: Vec<Named<'_>> = table_and_object.into_iter().chain(besides).collect();
+        scene::check_overlaps(&physics, &robot, model, &named)?;
         let sensors = Sensors::new(model, mismatch)
             .ok_or_else(|| WorldError::Model("`motor_from_joint` cannot be inverted".into()))?;
         let tactile = &model.extra.tactile;
@@ -162,10 +179,14 @@ impl World {
             link_force_n: [0.0; HAND_LINKS],
         };
         let pads = Pads::new(tactile);
+        let free = scene.others.iter().zip(&others).filter(|(standing, _)| standing.free_kg.is_some());
+        let others = free.map(|(_, other)| (other.body, place(&physics, other.body))).collect();
         Ok(Self {
             physics,
             robot,
-            object,
+            object: object.body,
+            others,
+            rolling,
             table,
             params,
             pad_params,
@@ -173,7 +194,7 @@ impl World {
             pads,
             sensors,
             latency_ticks: mismatch.latency_ticks,
-            half_extents_m,
+            half_extents_m: object.half_extents_m,
             state,
         })
     }
@@ -247,6 +268,7 @@ impl World {
         let correction = self.state.midpoint.torques(&q_rad, &qd_rad_s);
         let tau_nm = core::array::from_fn(|i| tau_nm[i] + correction[i]);
         self.robot.set_arm_torques(&mut self.physics, &q_rad, &tau_nm);
+        self.rolling.resist(&mut self.physics);
         self.physics.step();
     }
 
@@ -281,6 +303,9 @@ impl World {
         };
         if !finite(self.object) {
             return failed("object");
+        }
+        if !self.others.iter().all(|(other, _)| finite(*other)) {
+            return failed("another object");
         }
         for (index, link) in self.robot.hand_links.iter().enumerate() {
             if !finite(link.body) {
@@ -321,6 +346,12 @@ impl World {
     /// True pose of the object's frame (its centroid) in the world, for reports only.
     pub fn object_pose(&self) -> Isometry3<f32> {
         self.physics.bodies.get(self.object).map_or_else(Isometry3::identity, |b| (*b.position()).into())
+    }
+
+    /// The farthest that any other free body is from where it stood at first, metres, for reports only.
+    pub fn others_shift_m(&self) -> f32 {
+        let shift_m = |(body, from): &(RigidBodyHandle, Vector)| (place(&self.physics, *body) - *from).length();
+        self.others.iter().map(shift_m).fold(0.0, f32::max)
     }
 
     /// True half extents of the object, metres, for reports only.
@@ -383,6 +414,21 @@ impl World {
         fnv.u32(self.state.noise.fingerprint());
         fnv.value()
     }
+}
+
+/// Inserts what stands beside the object.
+fn insert_others(
+    physics: &mut PhysicsWorld,
+    rolling: &mut Rolling,
+    scene: &Scene,
+    mismatch: &Mismatch,
+) -> Result<Vec<Inserted>, WorldError> {
+    scene.others.iter().map(|other| scene::insert_other(physics, rolling, scene, mismatch, other)).collect()
+}
+
+/// Where a body is.
+fn place(physics: &PhysicsWorld, body: RigidBodyHandle) -> Vector {
+    physics.bodies.get(body).map_or(Vector::ZERO, |b| b.position().translation)
 }
 
 /// The hand link that carries each pad, contact-matrix index.

@@ -29,14 +29,14 @@ pub mod groups {
         pairs(ROBOT, TABLE.union(OBJECT))
     }
 
-    /// The table touches robot and object.
+    /// The table, and what is fixed to it, touches robot and objects.
     pub const fn table() -> InteractionGroups {
         pairs(TABLE, ROBOT.union(OBJECT))
     }
 
-    /// The object touches robot and table.
+    /// An object that stands free touches robot, table and other objects.
     pub const fn object() -> InteractionGroups {
-        pairs(OBJECT, ROBOT.union(TABLE))
+        pairs(OBJECT, ROBOT.union(TABLE).union(OBJECT))
     }
 }
 
