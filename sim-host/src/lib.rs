@@ -22,5 +22,6 @@ pub mod post;
 pub mod report;
 pub mod scenario;
 pub mod serve;
+pub mod view;
 pub mod wire;
 pub mod world;

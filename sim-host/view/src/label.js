@@ -1,0 +1,28 @@
+// Words in the 3D view.
+
+import * as THREE from "three";
+
+const HEIGHT_PX = 48;
+
+/** A sprite with a text, `size` metres high; `userData.paint(colour)` writes it. */
+export function makeLabel(text, size) {
+  const canvas = document.createElement("canvas");
+  const pen = canvas.getContext("2d");
+  const font = `${HEIGHT_PX * 0.75}px system-ui, sans-serif`;
+  pen.font = font;
+  canvas.width = Math.ceil(pen.measureText(text).width) + 8;
+  canvas.height = HEIGHT_PX;
+  const texture = new THREE.CanvasTexture(canvas);
+  texture.colorSpace = THREE.SRGBColorSpace;
+  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture, depthWrite: false }));
+  sprite.scale.set((size * canvas.width) / HEIGHT_PX, size, 1);
+  sprite.userData.paint = (colour) => {
+    pen.clearRect(0, 0, canvas.width, canvas.height);
+    pen.font = font;
+    pen.fillStyle = colour;
+    pen.textBaseline = "middle";
+    pen.fillText(text, 4, HEIGHT_PX / 2);
+    texture.needsUpdate = true;
+  };
+  return sprite;
+}
