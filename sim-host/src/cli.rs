@@ -10,7 +10,9 @@ use crate::experiment::conduct::Conditions;
 use crate::experiment::trials::{self, TrialsOptions};
 use crate::hooks::Hooks;
 use crate::method::MethodArgs;
-use crate::mission::{self, MissionOptions, MissionReport, Progressed};
+use crate::mission::{self, MissionOptions, MissionReport};
+use crate::observer::{Both, Observer};
+use crate::recording::Recorder;
 use crate::report::{progress::Progress, summary::Summary, terminal};
 use crate::scenario::Scenario;
 use crate::serve::serve;
@@ -162,8 +164,8 @@ struct RunArgs {
     /// as a process of its own; `slcan:PATH`: it is at the other end of that serial line already.
     #[arg(long, value_name = "BUS", default_value = "virtual")]
     bus: RunBus,
-    /// Write a recording of the run.
-    #[arg(long, value_name = "FILE")]
+    /// Write a recording of the run (MCAP, for `tactus info`, `tactus export`, Foxglove, Rerun); see docs/recording.md.
+    #[arg(long, value_name = "FILE.mcap")]
     record: Option<PathBuf>,
 }
 
@@ -333,14 +335,30 @@ fn open(bus: &BusName, wire: &WireArgs) -> anyhow::Result<Live> {
 
 fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let options = mission_options(&args.mission)?;
-    anyhow::ensure!(args.record.is_none(), "--record does not exist yet in this build");
-    let pace = args.mission.wire.pace;
+    let mut recorder = args.record.as_deref().map(|path| Recorder::create(path, &options)).transpose()?;
     let mut progress = Progress::new(is_quiet(&args.mission.common));
-    let mut show = |event: &Progressed| progress.show(event);
-    let result = match &args.bus {
+    let result = match &mut recorder {
+        Some(recorder) => carry_out_on_bus(args, &options, &mut Both(&mut progress, recorder))?,
+        None => carry_out_on_bus(args, &options, &mut progress)?,
+    };
+    progress.finish();
+    if let Some(recorder) = recorder {
+        recorder.finish(&options, &result)?;
+    }
+    report(&args.mission.common, &options, &result)
+}
+
+/// Carries a mission out, its controller wherever the bus has it.
+fn carry_out_on_bus(
+    args: &RunArgs,
+    options: &MissionOptions,
+    observer: &mut dyn Observer,
+) -> anyhow::Result<MissionReport> {
+    let pace = args.mission.wire.pace;
+    match &args.bus {
         RunBus::Virtual => {
             let mtu = args.mission.wire.can.map_or(Mtu::Fd, Mtu::from);
-            mission::run_on(&options, pace, &mut InProcess::new(mtu, Hooks::NONE), &mut show)?
+            mission::run_on(options, pace, &mut InProcess::new(mtu, Hooks::NONE), observer)
         }
         RunBus::Live(bus) => {
             let mut live = open(bus, &args.mission.wire)?;
@@ -349,11 +367,9 @@ fn run(args: &RunArgs) -> anyhow::Result<u8> {
                 BusName::Slcan(_) => None,
             };
             meet(&mut live, bus, process.as_mut())?;
-            mission::run_on(&options, pace, &mut live, &mut show)?
+            mission::run_on(options, pace, &mut live, observer)
         }
-    };
-    progress.finish();
-    report(&args.mission.common, &options, &result)
+    }
 }
 
 /// Waits for the controller that was started, or is there.
@@ -382,8 +398,7 @@ fn serve_worlds(args: &ServeArgs) -> anyhow::Result<u8> {
             eprintln!("tactus serve on {}: {line}", args.bus);
         }
     };
-    let mut show = |event: &Progressed| progress.show(event);
-    let result = serve(&options, args.mission.wire.pace, args.missions, &mut live, &mut log, &mut show)?;
+    let result = serve(&options, args.mission.wire.pace, args.missions, &mut live, &mut log, &mut progress)?;
     progress.finish();
     report(&args.mission.common, &options, &result)
 }

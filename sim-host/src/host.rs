@@ -2,7 +2,8 @@
 
 use crate::advisor::{Advisor, Question, Reply};
 use crate::desk::Desk;
-use crate::mission::{Progressed, planar};
+use crate::mission::planar;
+use crate::observer::{Observer, Seen};
 use crate::post::{Heard, Post};
 use crate::wire::{Wire, WireStats};
 use crate::world::World;
@@ -166,10 +167,10 @@ impl Host {
     /// Runs the mission to its end, with the controller at the other end of `wire`, which waits for one.
     ///
     /// # Errors
-    /// The simulation broke down, or the bus did.
-    pub fn run(&mut self, wire: &mut dyn Wire, show: &mut dyn FnMut(&Progressed)) -> anyhow::Result<HostEnd> {
+    /// The simulation broke down, the bus did, or `observer` cannot go on.
+    pub fn run(&mut self, wire: &mut dyn Wire, observer: &mut dyn Observer) -> anyhow::Result<HostEnd> {
         self.begin(wire)?;
-        while self.tick(wire, show)? {}
+        while self.tick(wire, observer)? {}
         Ok(self.finish(wire))
     }
 
@@ -186,20 +187,21 @@ impl Host {
     /// One tick of the world and its controller; `false` once the mission is over and the object has come to rest.
     ///
     /// # Errors
-    /// The simulation broke down, or the bus did.
-    pub fn tick(&mut self, wire: &mut dyn Wire, show: &mut dyn FnMut(&Progressed)) -> anyhow::Result<bool> {
+    /// The simulation broke down, the bus did, or `observer` cannot go on.
+    pub fn tick(&mut self, wire: &mut dyn Wire, observer: &mut dyn Observer) -> anyhow::Result<bool> {
         let tick = self.end.ticks;
         // What takes effect at a tick must have arrived before that tick's readings.
         wire.settle();
         let due = self.started + TICK * (tick + 1);
         let mut heard = Heard::default();
+        let mut lost = None;
         if self.end.lost.is_none() {
             heard = self.exchange(wire, tick, due)?;
-            if let Some(lost) = self.end.lost {
-                show(&Progressed::Lost(lost));
-            }
+            lost = self.end.lost;
         }
-        self.take(&heard, show);
+        self.take(&mut heard);
+        let (world, setup) = (&self.world, &self.setup);
+        observer.see(&Seen { tick, world, setup, heard: &heard, lost, wire: &*wire })?;
         self.call_again(wire, &heard, tick)?;
         self.left = match self.left {
             None if self.end.lost.is_some() => Some(ABANDONED_TICKS),
@@ -275,18 +277,16 @@ impl Host {
         }
     }
 
-    /// Keeps and shows what the controller told of itself.
-    fn take(&mut self, heard: &Heard, show: &mut dyn FnMut(&Progressed)) {
-        for event in &heard.events {
-            if let (EventKind::Finished(_), Some(_)) = (event.kind, self.end.outcome) {
-                continue;
+    /// Keeps what the controller told of itself; ends that repeat are dropped.
+    fn take(&mut self, heard: &mut Heard) {
+        let digest = heard.digest;
+        heard.events.retain(|event| {
+            let repeats = matches!(event.kind, EventKind::Finished(_)) && self.end.outcome.is_some();
+            if !repeats {
+                self.note(event, digest);
             }
-            self.note(event, heard.digest);
-            show(&Progressed::Event(*event));
-        }
-        if let Some(status) = heard.status {
-            show(&Progressed::Status(status));
-        }
+            !repeats
+        });
     }
 
     /// A controller that has not begun its mission has not got its set-up: here it is again.

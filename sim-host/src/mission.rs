@@ -3,6 +3,7 @@
 use crate::hooks::Hooks;
 use crate::host::{Host, HostEnd, Lost};
 use crate::method::{MethodOptions, Sensors};
+use crate::observer::Observer;
 use crate::scenario::Scenario;
 use crate::wire::{InProcess, Wire, WireStats};
 use crate::world::{Mismatch, World};
@@ -12,7 +13,7 @@ use rand_pcg::Pcg32;
 use std::time::Instant;
 use tactus_common::can::Mtu;
 use tactus_common::limits::TICK_US;
-use tactus_common::message::{DigestReport, Event, FailureReason, Outcome, SCHEMA_VERSION, Setup, Status};
+use tactus_common::message::{DigestReport, FailureReason, Outcome, SCHEMA_VERSION, Setup};
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_hil::choice::Pace;
 
@@ -77,17 +78,6 @@ pub struct MissionOptions {
     pub reality: Reality,
     /// How the pose is to be found, and with which sensors.
     pub method: MethodOptions,
-}
-
-/// What a run shows of itself while it goes on.
-#[derive(Clone, Copy, Debug)]
-pub enum Progressed {
-    /// Something happened.
-    Event(Event),
-    /// What the controller thinks, ten times a second.
-    Status(Status),
-    /// The controller stopped answering.
-    Lost(Lost),
 }
 
 /// What came of it.
@@ -247,7 +237,7 @@ pub fn guess_around(truth: &PlanarPose, offset: &Interval, seed: u64) -> PlanarP
 }
 
 /// Yaw of a body and how far it leans, radians.
-fn yaw_and_tilt(pose: &Isometry3<f32>) -> (f32, f32) {
+pub fn yaw_and_tilt(pose: &Isometry3<f32>) -> (f32, f32) {
     let x = pose.rotation * Vector3::x();
     let z = pose.rotation * Vector3::z();
     (libm::atan2f(x.y, x.x), libm::acosf(z.z.clamp(-1.0, 1.0)))
@@ -273,8 +263,8 @@ fn outside_99_m(believed: &PlanarPose, covariance: &[f32; 6], truth: &PlanarPose
 ///
 /// # Errors
 /// The scene cannot be simulated, or the simulation broke down: never the task's failure, which is a report.
-pub fn run(options: &MissionOptions, show: &mut dyn FnMut(&Progressed)) -> anyhow::Result<MissionReport> {
-    run_hooked(options, show, Hooks::NONE)
+pub fn run(options: &MissionOptions, observer: &mut dyn Observer) -> anyhow::Result<MissionReport> {
+    run_hooked(options, observer, Hooks::NONE)
 }
 
 /// How the world and its controller are connected.
@@ -298,11 +288,11 @@ impl Default for Connection {
 /// As [`run`].
 pub fn run_hooked(
     options: &MissionOptions,
-    show: &mut dyn FnMut(&Progressed),
+    observer: &mut dyn Observer,
     hooks: Hooks,
 ) -> anyhow::Result<MissionReport> {
     let connection = Connection::default();
-    run_on(options, connection.pace, &mut InProcess::new(connection.mtu, hooks), show)
+    run_on(options, connection.pace, &mut InProcess::new(connection.mtu, hooks), observer)
 }
 
 /// Carries out a mission in a world of its own, with the controller at the other end of `wire`.
@@ -313,11 +303,11 @@ pub fn run_on(
     options: &MissionOptions,
     pace: Pace,
     wire: &mut dyn Wire,
-    show: &mut dyn FnMut(&Progressed),
+    observer: &mut dyn Observer,
 ) -> anyhow::Result<MissionReport> {
     let started = Instant::now();
     let mut host = prepare(options, pace)?;
-    let end = host.run(wire, show)?;
+    let end = host.run(wire, observer)?;
     Ok(judge(options, &end, &host, started))
 }
 

@@ -1,6 +1,7 @@
 //! Worlds for controllers that come by themselves.
 
-use crate::mission::{self, MissionOptions, MissionReport, Progressed};
+use crate::mission::{self, MissionOptions, MissionReport};
+use crate::observer::Observer;
 use crate::report::progress::lost_text;
 use crate::wire::Wire;
 use std::time::Duration;
@@ -21,14 +22,14 @@ pub fn serve(
     missions: u32,
     wire: &mut dyn Wire,
     log: &mut dyn FnMut(&str),
-    show: &mut dyn FnMut(&Progressed),
+    observer: &mut dyn Observer,
 ) -> anyhow::Result<MissionReport> {
     let mut ended = 0;
     loop {
         log("waiting for a controller");
         meet(wire, log);
         log(&format!("mission {} begins (seed {})", ended + 1, options.seed));
-        let report = mission::run_on(options, pace, wire, show)?;
+        let report = mission::run_on(options, pace, wire, observer)?;
         if let Some(lost) = &report.lost {
             log(&lost_text(lost));
             if let Some(tick) = report.released {

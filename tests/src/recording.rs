@@ -13,6 +13,7 @@ use tactus_common::pose::Interval;
 use tactus_sim_host::hooks::{Hooks, Passing, To};
 use tactus_sim_host::method::MethodOptions;
 use tactus_sim_host::mission::{self, DEFAULT_OFFSET, MissionOptions, MissionReport, Reality, guess_around};
+use tactus_sim_host::observer::Nobody;
 use tactus_sim_host::scenario::Scenario;
 
 /// Bytes of the largest transfer, padding included.
@@ -52,7 +53,7 @@ pub fn run_tampered(
 /// # Panics
 /// As [`run_tampered`].
 pub fn run_hooked(options: &MissionOptions, hooks: Hooks) -> MissionReport {
-    mission::run_hooked(options, &mut |_| {}, hooks).unwrap_or_else(|error| panic!("no end with a reason: {error:#}"))
+    mission::run_hooked(options, &mut Nobody, hooks).unwrap_or_else(|error| panic!("no end with a reason: {error:#}"))
 }
 
 /// A mission and what the controller was told in each of its ticks.

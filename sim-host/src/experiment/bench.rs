@@ -3,6 +3,7 @@
 use crate::mental::{Closing, MentalModel, RolloutInput};
 use crate::method::MethodOptions;
 use crate::mission::{self, MissionOptions, Reality};
+use crate::observer::Nobody;
 use crate::scenario::Scenario;
 use crate::world::{HandStart, Mismatch, Scene, World};
 use anyhow::anyhow;
@@ -172,7 +173,7 @@ fn update_ms() -> anyhow::Result<f64> {
             reality: Reality::default(),
             method: MethodOptions::default(),
         };
-        let report = mission::run(&options, &mut |_| {})?;
+        let report = mission::run(&options, &mut Nobody)?;
         times_ms.extend(report.update_times_s.iter().map(|t| t * 1e3));
     }
     let (count, cost_ms) = (times_ms.len(), median(times_ms));

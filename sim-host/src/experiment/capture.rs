@@ -6,11 +6,12 @@
 use crate::advisor::roll_out;
 use crate::hooks::Hooks;
 use crate::mental::MentalModel;
-use crate::mission::{self, MissionOptions, MissionReport, Progressed};
+use crate::mission::{self, MissionOptions, MissionReport};
+use crate::observer::{Observer, Seen};
 use crate::wire::InProcess;
 use std::time::{Duration, Instant};
 use tactus_common::can::Mtu;
-use tactus_common::message::{Event, EventKind, Phase};
+use tactus_common::message::{EventKind, Phase};
 use tactus_common::pose::PlanarPose;
 use tactus_controller::belief::{Belief, Prior};
 use tactus_controller::evidence::EvidenceStore;
@@ -74,6 +75,28 @@ struct Begun {
     before: Belief,
 }
 
+/// What one tick meant for the updates of the belief.
+#[derive(Default)]
+struct Turn {
+    /// One begins.
+    begins: bool,
+    /// One has ended: is the next step the grasp?
+    ends: Option<bool>,
+}
+
+impl Observer for Turn {
+    fn see(&mut self, seen: &Seen) -> anyhow::Result<()> {
+        for event in &seen.heard.events {
+            match event.kind {
+                EventKind::Phase(Phase::Update) => self.begins = true,
+                EventKind::Updated { confident, .. } => self.ends = Some(confident),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Carries out a mission in a world of its own, with the controller in this process.
 ///
 /// # Errors
@@ -86,15 +109,9 @@ pub fn carry_out(options: &MissionOptions, task: Task) -> anyhow::Result<Capture
     let mut updates = Vec::new();
     let mut begun: Option<Begun> = None;
     loop {
-        let (mut begins, mut ends) = (false, None);
-        let goes_on = host.tick(&mut wire, &mut |progressed| {
-            let Progressed::Event(Event { kind, .. }) = progressed else { return };
-            match kind {
-                EventKind::Phase(Phase::Update) => begins = true,
-                EventKind::Updated { confident, .. } => ends = Some(*confident),
-                _ => {}
-            }
-        })?;
+        let mut turn = Turn::default();
+        let goes_on = host.tick(&mut wire, &mut turn)?;
+        let Turn { begins, ends } = turn;
         let mission = wire.node().controller().mission();
         if let Some((confident, Begun { evidence, felt, prior, before })) = ends.and_then(|c| Some((c, begun.take()?)))
         {

@@ -1,7 +1,7 @@
 //! Progress of one mission, one line an event: what the hand felt and what the controller made of it.
 
 use crate::host::Lost;
-use crate::mission::Progressed;
+use crate::observer::{Observer, Seen};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use tactus_common::limits::TICK_S;
@@ -22,30 +22,30 @@ impl Progress {
         Self { bar: wanted.then(spinner) }
     }
 
-    /// Shows one step.
-    pub fn show(&mut self, progressed: &Progressed) {
-        let Some(bar) = &self.bar else { return };
-        match progressed {
-            Progressed::Event(event) => {
-                if let Some(text) = describe(event) {
-                    bar.println(format!("{:7.3} s  {text}", event.tick as f32 * TICK_S));
-                }
-            }
-            Progressed::Status(status) => {
-                bar.set_message(thought(status));
-                bar.tick();
-            }
-            Progressed::Lost(lost) => {
-                bar.println(format!("{:7.3} s  {}", lost.tick as f32 * TICK_S, lost_text(lost)));
-            }
-        }
-    }
-
     /// Ends the display.
     pub fn finish(&mut self) {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
         }
+    }
+}
+
+impl Observer for Progress {
+    fn see(&mut self, seen: &Seen) -> anyhow::Result<()> {
+        let Some(bar) = &self.bar else { return Ok(()) };
+        if let Some(lost) = &seen.lost {
+            bar.println(format!("{:7.3} s  {}", lost.tick as f32 * TICK_S, lost_text(lost)));
+        }
+        for event in &seen.heard.events {
+            if let Some(text) = describe(event) {
+                bar.println(format!("{:7.3} s  {text}", event.tick as f32 * TICK_S));
+            }
+        }
+        if let Some(status) = &seen.heard.status {
+            bar.set_message(thought(status));
+            bar.tick();
+        }
+        Ok(())
     }
 }
 
@@ -79,7 +79,7 @@ fn thought(status: &Status) -> String {
 }
 
 /// One line for an event; `None` for one that would only repeat another.
-fn describe(event: &Event) -> Option<String> {
+pub fn describe(event: &Event) -> Option<String> {
     let text = match event.kind {
         EventKind::Phase(Phase::Trial | Phase::Update | Phase::Plan) => return None,
         EventKind::Phase(phase) => format!("{phase:?}"),

@@ -7,6 +7,7 @@
 //! * [`model`]: URDF and TOML. [`robot`]: the multibody. [`drive`], [`hand`]: motors, worms, TorqueSwitch, shafts.
 //! * [`integrator`]: why a swinging arm keeps its energy.
 //! * [`contacts`], [`tactile`], [`sensors`]: what the robot feels. [`mismatch`], [`noise`]: how reality differs.
+//! * [`view`]: what stands where, for pictures.
 //!
 //! Every run is a pure function of scene, mismatch, seed and commands: one thread, `enhanced-determinism`, `libm`.
 
@@ -25,6 +26,7 @@ pub mod sensors;
 pub mod tactile;
 #[cfg(test)]
 mod tests;
+pub mod view;
 
 pub use error::WorldError;
 pub use hand::HandStart;
@@ -95,7 +97,6 @@ pub struct World {
     physics: PhysicsWorld,
     robot: Robot,
     object: RigidBodyHandle,
-    #[cfg(test)]
     table: ColliderHandle,
     params: HandParams,
     pad_params: [PadParams; PADS],
@@ -165,7 +166,6 @@ impl World {
             physics,
             robot,
             object,
-            #[cfg(test)]
             table,
             params,
             pad_params,

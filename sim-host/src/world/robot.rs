@@ -95,6 +95,17 @@ pub struct NamedCollider {
     pub link: String,
 }
 
+/// One link's frame and the body that carries it.
+#[derive(Clone, Debug)]
+pub struct LinkFrame {
+    /// Link's name in the URDF.
+    pub link: String,
+    /// Body that carries it.
+    pub body: RigidBodyHandle,
+    /// Body-from-link pose.
+    pub in_body: Pose,
+}
+
 /// Handles of the robot inside a [`PhysicsWorld`].
 #[derive(Clone, Debug)]
 pub struct Robot {
@@ -112,6 +123,8 @@ pub struct Robot {
     pub hand_links: Vec<HandLinkBody>,
     /// All colliders by name.
     pub colliders: Vec<NamedCollider>,
+    /// All links, from the root on.
+    pub frames: Vec<LinkFrame>,
 }
 
 /// Where the robot is rooted.
@@ -141,6 +154,7 @@ struct Builder<'a> {
     model: &'a RobotModel,
     friction: Friction,
     colliders: Vec<NamedCollider>,
+    frames: Vec<LinkFrame>,
 }
 
 fn scaled(link: &LinkModel, scale: f32) -> MassProperties {
@@ -157,6 +171,7 @@ impl Builder<'_> {
         in_body: Pose,
         hand_link: Option<usize>,
     ) -> Option<ColliderHandle> {
+        self.frames.push(LinkFrame { link: link.name.clone(), body, in_body });
         // Knuckles and the arm are bare; palm, inner links and tips carry rubber.
         let pad = hand_link.is_some_and(|i| i != 1 && i != 4);
         let mut first = None;
@@ -210,7 +225,7 @@ impl Robot {
         root_at: Root,
     ) -> Result<Self, WorldError> {
         let hand = &model.extra.hand;
-        let mut b = Builder { world, model, friction, colliders: Vec::new() };
+        let mut b = Builder { world, model, friction, colliders: Vec::new(), frames: Vec::new() };
         let mut arm = Vec::new();
         let palm = model.link(&hand.links[0])?;
         let (root, carrier, palm_in_carrier);
@@ -272,7 +287,7 @@ impl Robot {
                 index += 1;
             }
         }
-        let colliders = core::mem::take(&mut b.colliders);
+        let (colliders, frames) = (core::mem::take(&mut b.colliders), core::mem::take(&mut b.frames));
         let wrong = || WorldError::Model("the hand must have 2 spread joints, 3 fingers and 9 links".into());
         let mut robot = Self {
             root,
@@ -282,6 +297,7 @@ impl Robot {
             tip: tip.try_into().map_err(|_| wrong())?,
             hand_links: links.into_iter().collect::<Option<Vec<_>>>().ok_or_else(wrong)?,
             colliders,
+            frames,
         };
         robot.finish(world, model, scales)?;
         Ok(robot)

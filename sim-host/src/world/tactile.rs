@@ -50,6 +50,11 @@ impl Pads {
         Self { cells: (0..PADS).map(|pad| tactile.cells(pad)).collect() }
     }
 
+    /// The cells of one pad, in its link's frame.
+    pub fn cells(&self, pad: usize) -> &[Cell] {
+        &self.cells[pad]
+    }
+
     /// Adds one contact's pressure to `pressure_n_cm2`, cell by cell.
     pub fn press(&self, pad: usize, contact: &LinkForce, pressure_n_cm2: &mut [f32; PAD_CELLS]) {
         let cells = &self.cells[pad];

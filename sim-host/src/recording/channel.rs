@@ -1,0 +1,140 @@
+//! The list of a recording's channels: topic, type, encoding and rate of each. `docs/recording.md` says what they hold; a
+//! test holds that page against this list.
+
+use super::sample;
+use super::{json, protobuf};
+use foxglove::messages::{FrameTransforms, JointStates, Log, SceneUpdate};
+
+/// The schema of a channel's messages, as a recording carries it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Schema {
+    /// Name of the type.
+    pub name: String,
+    /// Language of `data`: `protobuf` (a set of file descriptors) or `jsonschema`.
+    pub encoding: &'static str,
+    /// The schema itself.
+    pub data: Vec<u8>,
+}
+
+macro_rules! channels {
+    ($($(#[doc = $doc:literal])* $name:ident($type:ty) $format:ident $topic:literal $rate:literal;)*) => {
+        /// A channel.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum Channel {
+            $($(#[doc = $doc])* $name,)*
+        }
+
+        /// A message of a channel.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Content {
+            $($(#[doc = $doc])* $name($type),)*
+        }
+
+        impl Channel {
+            /// All channels, in the order of their numbers in a file.
+            pub const ALL: &[Self] = &[$(Self::$name,)*];
+
+            /// Its topic.
+            pub const fn topic(self) -> &'static str {
+                match self { $(Self::$name => $topic,)* }
+            }
+
+            /// How its messages are encoded: `protobuf` or `json`.
+            pub const fn encoding(self) -> &'static str {
+                match self { $(Self::$name => $format::ENCODING,)* }
+            }
+
+            /// When its messages come.
+            pub const fn rate(self) -> &'static str {
+                match self { $(Self::$name => $rate,)* }
+            }
+
+            /// What it holds, one sentence.
+            pub fn what(self) -> &'static str {
+                match self { $(Self::$name => concat!($($doc),*).trim(),)* }
+            }
+
+            /// The name of its messages' type.
+            pub fn schema_name(self) -> String {
+                match self { $(Self::$name => $format::schema_name::<$type>(),)* }
+            }
+
+            /// The schema of its messages.
+            pub fn schema(self) -> Schema {
+                match self { $(Self::$name => $format::schema::<$type>(),)* }
+            }
+
+            /// The message in these bytes.
+            ///
+            /// # Errors
+            /// They are none of this channel's.
+            pub fn decode(self, bytes: &[u8]) -> anyhow::Result<Content> {
+                match self { $(Self::$name => $format::decode(bytes).map(Content::$name),)* }
+            }
+        }
+
+        impl Content {
+            /// The channel of such messages.
+            pub const fn channel(&self) -> Channel {
+                match self { $(Self::$name(_) => Channel::$name,)* }
+            }
+
+            /// Appends the message's bytes.
+            ///
+            /// # Errors
+            /// It cannot be encoded.
+            pub fn encode(&self, bytes: &mut Vec<u8>) -> anyhow::Result<()> {
+                match self { $(Self::$name(message) => $format::encode(message, bytes),)* }
+            }
+        }
+    };
+}
+
+channels! {
+    /// Where every body truly is, and where the controller believes the object to be: poses in the frame `world`.
+    Transforms(FrameTransforms) protobuf "/tf" "50 Hz";
+    /// Shapes of all bodies: the robot's links, the table, the object, whatever else stands there; each in its own frame.
+    Bodies(SceneUpdate) protobuf "/scene/bodies" "once";
+    /// The believed object as a ghost, with the 99 % region of its position on the table and of its yaw.
+    Belief(SceneUpdate) protobuf "/scene/belief" "10 Hz";
+    /// Contact forces on the hand as arrows, 10 mm a newton, as they truly are.
+    Contacts(SceneUpdate) protobuf "/scene/contacts" "50 Hz while the hand is touched";
+    /// Measured joint angles and the torques that the arm was told and the hand's motors made.
+    JointStates(JointStates) protobuf "/joint_states" "50 Hz";
+    /// What happened, as lines of text.
+    Log(Log) protobuf "/log" "when it happens";
+    /// Readings of all joints.
+    Joints(sample::Joints) json "/sensors/joints" "500 Hz";
+    /// Where the tactile cells are.
+    Pads(sample::Pads) json "/sensors/pads" "once";
+    /// Images of the tactile pads.
+    Tactile(sample::Tactile) json "/sensors/tactile" "as they come: 41.7 Hz for each of 4 pads";
+    /// The controller's commands: arm torques, hand motors.
+    Command(sample::Command) json "/controller/command" "500 Hz";
+    /// What the controller thinks: phase, belief with covariance, evidence, touches.
+    Status(sample::Status) json "/controller/status" "10 Hz";
+    /// A phase of the mission began.
+    Phase(sample::PhaseBegun) json "/controller/phase" "when it happens";
+    /// A touch began.
+    Touch(sample::Touch) json "/controller/touch" "when it happens";
+    /// The hand felt something.
+    Contact(sample::Contact) json "/controller/contact" "when it happens";
+    /// The belief was corrected.
+    Update(sample::Update) json "/controller/update" "when it happens";
+    /// The mental world was asked, and agreed or not.
+    Foretold(sample::Foretold) json "/controller/foretold" "when it happens";
+    /// The planner refused a motion.
+    Refusal(sample::Refusal) json "/controller/refusal" "when it happens";
+    /// The mission ended; with the digest.
+    End(sample::End) json "/controller/end" "once";
+    /// What the bus has carried and suffered so far.
+    Bus(sample::Bus) json "/host/bus" "10 Hz";
+    /// The controller stopped answering.
+    Lost(sample::ControllerLost) json "/host/lost" "when it happens";
+    /// Truth: the object's pose.
+    ObjectTruth(sample::ObjectTruth) json "/truth/object" "50 Hz";
+    /// Truth: forces on the hand's links.
+    LinkForces(sample::LinkForces) json "/truth/link_forces" "50 Hz";
+    /// Truth: how far the belief is from the object's pose.
+    BeliefError(sample::BeliefError) json "/truth/belief_error" "10 Hz";
+}

@@ -1,0 +1,236 @@
+//! Reads a recording from its beginning, in a bounded amount of memory. One that was cut off is read up to the cut.
+
+use super::channel::{Channel, Content};
+use anyhow::{Context, bail};
+use mcap::McapError;
+use mcap::records::Record;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// No record of a recording comes near this size; a longer one is damage.
+const RECORD_BYTES_MAX: usize = 64 << 20;
+
+/// Where a message comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// Topic.
+    pub topic: String,
+    /// Name of its schema.
+    pub schema: String,
+    /// How its messages are encoded.
+    pub encoding: String,
+    /// The channel, if it is one of Tactus's own.
+    pub channel: Option<Channel>,
+}
+
+/// A message.
+#[derive(Clone, Debug)]
+pub struct Message {
+    /// Where it comes from.
+    pub source: Rc<Source>,
+    /// Robot time, nanoseconds since the start of the run.
+    pub time_ns: u64,
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+}
+
+impl Message {
+    /// Robot time, seconds since the start of the run.
+    pub fn time_s(&self) -> f64 {
+        self.time_ns as f64 * 1e-9
+    }
+
+    /// What it says; `None` if its channel is none of Tactus's own.
+    ///
+    /// # Errors
+    /// Its bytes are none of its channel's.
+    pub fn content(&self) -> anyhow::Result<Option<Content>> {
+        let decode = |channel: Channel| {
+            channel.decode(&self.bytes).with_context(|| format!("{} at {:.3} s", self.source.topic, self.time_s()))
+        };
+        self.source.channel.map(decode).transpose()
+    }
+}
+
+/// A file within the recording.
+#[derive(Clone, Debug)]
+pub struct Attachment {
+    /// Name.
+    pub name: String,
+    /// Media type.
+    pub media_type: String,
+    /// Content.
+    pub bytes: Vec<u8>,
+}
+
+/// One thing in a recording.
+#[derive(Clone, Debug)]
+pub enum Entry {
+    /// A message.
+    Message(Message),
+    /// A file.
+    Attachment(Attachment),
+    /// Named texts.
+    Metadata {
+        /// Name of the record.
+        name: String,
+        /// The texts by their names.
+        texts: BTreeMap<String, String>,
+    },
+}
+
+/// How a recording ends.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// As it should.
+    Whole,
+    /// It breaks off, or is damaged, after what was read; why.
+    Cut(String),
+}
+
+/// A recording being read.
+pub struct Log {
+    path: PathBuf,
+    file: File,
+    reader: LinearReader,
+    schemas: BTreeMap<u16, String>,
+    sources: BTreeMap<u16, Rc<Source>>,
+    ending: Option<Ending>,
+}
+
+impl Log {
+    /// Opens a recording at its beginning.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no MCAP file.
+    pub fn open(path: &Path) -> anyhow::Result<Self> {
+        let mut file = File::open(path).with_context(|| path.display().to_string())?;
+        let mut start = [0; mcap::MAGIC.len()];
+        let expected = || format!("{}: not a recording; expected an MCAP file", path.display());
+        match file.read_exact(&mut start) {
+            Err(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => {
+                return Err(error).with_context(|| path.display().to_string());
+            }
+            Ok(()) if start == mcap::MAGIC => {}
+            _ => bail!(expected()),
+        }
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(RECORD_BYTES_MAX);
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+            reader: LinearReader::new_with_options(options),
+            schemas: BTreeMap::new(),
+            sources: BTreeMap::new(),
+            ending: None,
+        })
+    }
+
+    /// The next thing; `None` at the end, which [`Self::ending`] then describes.
+    ///
+    /// # Errors
+    /// The file cannot be read on.
+    pub fn next_entry(&mut self) -> anyhow::Result<Option<Entry>> {
+        while self.ending.is_none() {
+            let event = match self.reader.next_event() {
+                None => {
+                    self.ending = Some(Ending::Whole);
+                    break;
+                }
+                Some(Err(error)) => {
+                    self.ending = Some(Ending::Cut(cause(&error)));
+                    break;
+                }
+                Some(Ok(event)) => event,
+            };
+            match event {
+                LinearReadEvent::ReadRequest(wanted) => {
+                    let got = self.file.read(self.reader.insert(wanted));
+                    self.reader.notify_read(got.with_context(|| self.path.display().to_string())?);
+                }
+                LinearReadEvent::Record { data, opcode } => {
+                    let parsed = mcap::parse_record(opcode, data).map(Record::into_owned);
+                    match parsed {
+                        Ok(record) => {
+                            if let Some(entry) = self.take(record) {
+                                return Ok(Some(entry));
+                            }
+                        }
+                        Err(error) => self.ending = Some(Ending::Cut(cause(&error))),
+                    }
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// How the recording ends; `None` before that was reached.
+    pub fn ending(&self) -> Option<&Ending> {
+        self.ending.as_ref()
+    }
+
+    /// Where messages come from, as far as was read.
+    pub fn sources(&self) -> impl Iterator<Item = &Rc<Source>> {
+        self.sources.values()
+    }
+
+    /// Keeps what later records refer to; what is for the caller is given back.
+    fn take(&mut self, record: Record<'static>) -> Option<Entry> {
+        match record {
+            Record::Schema { header, .. } => {
+                self.schemas.insert(header.id, header.name);
+                None
+            }
+            Record::Channel(channel) => {
+                let schema = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                let source = source(channel.topic, schema, channel.message_encoding);
+                self.sources.entry(channel.id).or_insert_with(|| Rc::new(source));
+                None
+            }
+            Record::Message { header, data } => {
+                let Some(source) = self.sources.get(&header.channel_id).cloned() else {
+                    self.ending =
+                        Some(Ending::Cut(format!("a message of channel {}, which is none", header.channel_id)));
+                    return None;
+                };
+                Some(Entry::Message(Message { source, time_ns: header.log_time, bytes: data.into_owned() }))
+            }
+            Record::Attachment { header, data, .. } => Some(Entry::Attachment(Attachment {
+                name: header.name,
+                media_type: header.media_type,
+                bytes: data.into_owned(),
+            })),
+            Record::Metadata(metadata) => Some(Entry::Metadata { name: metadata.name, texts: metadata.metadata }),
+            _ => None,
+        }
+    }
+}
+
+impl Iterator for Log {
+    type Item = anyhow::Result<Entry>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.next_entry().transpose()
+    }
+}
+
+fn source(topic: String, schema: String, encoding: String) -> Source {
+    let of_topic = Channel::ALL.iter().copied().find(|channel| channel.topic() == topic);
+    // Another program's channel may bear the same name.
+    let channel = of_topic.filter(|channel| channel.encoding() == encoding && channel.schema_name() == schema);
+    Source { topic, schema, encoding, channel }
+}
+
+/// Why nothing more can be read.
+fn cause(error: &McapError) -> String {
+    match error {
+        McapError::UnexpectedEof | McapError::BadMagic | McapError::BadFooter => "the file breaks off".to_owned(),
+        other => format!("the file is damaged: {other}"),
+    }
+}
