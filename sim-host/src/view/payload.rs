@@ -56,7 +56,9 @@ pub enum Role {
     Truth,
     /// The object, where it is believed to be.
     Belief,
-    /// Anything else that stands there.
+    /// Another body that can move.
+    Loose,
+    /// Another body that cannot.
     Obstacle,
 }
 
@@ -71,6 +73,22 @@ pub struct Body {
     pub frame: Option<usize>,
     /// What it is made of.
     pub shapes: Vec<Shape>,
+}
+
+impl Body {
+    /// How far it reaches from its frame's z axis, at most; what is not a box counts with its diameters.
+    pub fn reach_m(&self) -> f32 {
+        let reach = |shape: &Shape| {
+            let half_m = match &shape.solid {
+                Solid::Box { size_m } | Solid::Cylinder { size_m, .. } | Solid::Sphere { size_m } => {
+                    0.5 * size_m[0].max(size_m[1])
+                }
+                Solid::Mesh { reach_m, .. } => *reach_m,
+            };
+            shape.pose[0].abs().max(shape.pose[1].abs()) + half_m
+        };
+        self.shapes.iter().map(reach).fold(0.0, f32::max)
+    }
 }
 
 /// A solid, placed in its body's frame.
@@ -112,6 +130,9 @@ pub enum Solid {
         vertices_m: Packed,
         /// Three corners each; `None`: the corners as they come.
         triangles: Option<Packed>,
+        /// Farthest that a corner is from the z axis.
+        #[serde(skip)]
+        reach_m: f32,
     },
 }
 
@@ -120,7 +141,7 @@ pub enum Solid {
 pub struct Belief {
     /// From when on.
     pub times_s: Packed,
-    /// x, y, z, phi of each.
+    /// x, y, z, phi of each; not numbers while nothing is believed that still holds.
     pub poses: Packed,
     /// Upper triangle of the covariance of each: xx, xy, xphi, yy, yphi, phiphi.
     pub covariances: Packed,
@@ -160,7 +181,7 @@ pub struct Taxel {
     pub place: [f32; 2],
 }
 
-/// Contact forces on the hand.
+/// Contact forces on the hand, as arrows.
 #[derive(Clone, Debug, Serialize)]
 pub struct Contacts {
     /// When they were sampled.
@@ -169,8 +190,8 @@ pub struct Contacts {
     pub starts: Packed,
     /// Points of attack in the world.
     pub points_m: Packed,
-    /// Forces on the hand in the world.
-    pub forces_n: Packed,
+    /// Length and direction of their arrows, which end there.
+    pub arrows_m: Packed,
 }
 
 /// How a plot's values are spread over its height.
