@@ -1,6 +1,7 @@
 //! The command line: a contract with tools outside this repository (see `docs/cli.md`).
 
 mod experiments;
+mod recordings;
 mod report;
 mod reproduce;
 
@@ -42,6 +43,9 @@ Examples:
   tactus run --true 0.1,-0.15,0.4 --guess 0.12,-0.12,0.2
   tactus run --sensors ideal --error modified --optimizer steepest-descent-golden    the published method
   tactus run --bus socketcan:vcan0           the controller as a process of its own, on a CAN interface
+  tactus run --record run.mcap               all of the run in one file, for Foxglove, Rerun and the next two
+  tactus info run.mcap
+  tactus export run.mcap --csv run           its numbers as tables: run/sensors_joints.csv, ...
   tactus serve --bus socketcan:vcan0         the world alone, for tactus-controller or a board on that bus
   tactus trials --count 200 --offset 0.05,0.05,0.35 --csv trials.csv
   tactus surface --error modified --csv results/surface_modified.csv
@@ -77,6 +81,10 @@ enum Command {
     Compare(experiments::CompareArgs),
     /// All experiments of docs/results.md into a folder, and their report; what is there already is not made again.
     Reproduce(reproduce::ReproduceArgs),
+    /// What is in a recording of `run --record`: channels, times, phases, outcome, digest.
+    Info(recordings::InfoArgs),
+    /// The numbers of a recording as CSV tables, one for each channel.
+    Export(recordings::ExportArgs),
     /// One self-contained HTML page of all the experiments in a directory.
     Report(report::ReportArgs),
     /// Time the parts that the README quotes: world, mental rollout, pose update (medians).
@@ -253,6 +261,8 @@ fn carry_out(command: Command, line: &str) -> anyhow::Result<u8> {
         Command::Converge(args) => experiments::converge(&args, line),
         Command::Compare(args) => experiments::compare(&args, line),
         Command::Reproduce(args) => reproduce::run(&args),
+        Command::Info(args) => args.run(),
+        Command::Export(args) => args.run(),
         Command::Report(args) => args.run(),
         Command::Bench => crate::experiment::bench::run().map(|()| 0),
     }

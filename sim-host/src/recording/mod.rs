@@ -2,9 +2,12 @@
 //! Foxglove's standard types where there is one and JSON with a schema elsewhere (`docs/recording.md`).
 //!
 //! * [`channel`]: the list of channels. [`sample`]: their JSON types. [`scene`], [`solid`]: pictures.
-//! * [`Recorder`] watches a run and writes it; [`Log`] reads a recording, also one that was cut off.
+//! * [`Recorder`] watches a run and writes it; [`Log`] reads a recording, also one that was cut off. [`Contents`]: what is
+//!   in it. [`export`]: its numbers as tables.
 
 pub mod channel;
+mod columns;
+mod contents;
 pub mod convert;
 mod json;
 mod log;
@@ -12,12 +15,16 @@ mod protobuf;
 mod recorder;
 pub mod sample;
 pub mod scene;
+mod settings;
 mod sink;
 pub mod solid;
+mod tables;
 
 pub use channel::{Channel, Content};
+pub use contents::Contents;
 pub use log::{Attachment, Ending, Entry, Log, Message};
 pub use recorder::Recorder;
+pub use tables::{Exported, export};
 
 /// Name of the attachment with the run's settings (JSON), written before the first tick.
 pub const SETTINGS: &str = "settings.json";

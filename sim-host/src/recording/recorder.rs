@@ -6,12 +6,13 @@ use super::sample::{
     BeliefError, Bus, Command, Contact, ControllerLost, End, Foretold, Joints, LinkForces, ObjectTruth, Pad, Pads,
     PhaseBegun, Refusal, Status, Tactile, Touch, Update,
 };
+use super::settings::Settings;
 use super::sink::Sink;
 use super::{RESULT, RUN, SETTINGS, SUMMARY, scene};
 use crate::mission::{MissionOptions, MissionReport, planar};
 use crate::observer::{Observer, Seen};
 use crate::report::progress::{describe, lost_text};
-use crate::report::summary::{MethodUsed, Summary};
+use crate::report::summary::Summary;
 use crate::world::PAD_LINKS;
 use crate::world::view::{Body, Kind};
 use anyhow::Context;
@@ -186,20 +187,7 @@ fn begin(sink: &mut Sink, options: &MissionOptions) -> anyhow::Result<()> {
         ("message_version", format!("{SCHEMA_VERSION:016x}")),
     ];
     sink.describe(RUN, texts.map(|(key, text)| (key.to_owned(), text)).into())?;
-    let pose = |p: &PlanarPose| serde_json::json!({ "x_m": p.x_m, "y_m": p.y_m, "phi_rad": p.phi_rad });
-    let interval = options.interval;
-    let settings = serde_json::json!({
-        "seed": options.seed,
-        "scenario": options.scenario,
-        "true_pose": pose(&options.truth),
-        "guess": pose(&options.guess),
-        "interval": { "x_m": interval.x_m, "y_m": interval.y_m, "phi_rad": interval.phi_rad },
-        "goal": pose(&options.scenario.goal(&options.truth)),
-        "trials_max": options.trials_max,
-        "reality": options.reality.name(),
-        "method": MethodUsed::of(&options.method),
-    });
-    sink.attach(0, SETTINGS, serde_json::to_string_pretty(&settings)?)?;
+    sink.attach(0, SETTINGS, serde_json::to_string_pretty(&Settings::of(options))?)?;
     sink.flush()
 }
 
