@@ -4,6 +4,7 @@ mod experiments;
 mod recordings;
 mod report;
 mod reproduce;
+mod view;
 
 use crate::controller_process::ControllerProcess;
 use crate::experiment::capture::Task;
@@ -85,6 +86,8 @@ enum Command {
     Info(recordings::InfoArgs),
     /// The numbers of a recording as CSV tables, one for each channel.
     Export(recordings::ExportArgs),
+    /// A recording as one page for a browser: arm, hand and object in 3D, time line, plots; it needs no network.
+    View(view::ViewArgs),
     /// One self-contained HTML page of all the experiments in a directory.
     Report(report::ReportArgs),
     /// Time the parts that the README quotes: world, mental rollout, pose update (medians).
@@ -263,6 +266,7 @@ fn carry_out(command: Command, line: &str) -> anyhow::Result<u8> {
         Command::Reproduce(args) => reproduce::run(&args),
         Command::Info(args) => args.run(),
         Command::Export(args) => args.run(),
+        Command::View(args) => args.run(),
         Command::Report(args) => args.run(),
         Command::Bench => crate::experiment::bench::run().map(|()| 0),
     }

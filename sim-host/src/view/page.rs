@@ -67,7 +67,7 @@ fn legend() -> Markup {
             (entry("truth", "object, truth"))
             (entry("belief", "object, belief"))
             (entry("ellipse", "belief, 99 % of place and of yaw"))
-            (entry("force", "contact force on the hand, 10 N/dm"))
+            (entry("force", "contact force on the hand, 10 mm a newton"))
             (entry("pressure", "pad pressure"))
         }
     }
@@ -77,9 +77,9 @@ fn player() -> Markup {
     html! {
         footer {
             div class="buttons" {
-                (button("previous", "⏮", "Previous thing that happened", "P"))
+                (button("previous", "|◀", "Previous thing that happened", "P"))
                 (button("play", "▶", "Play", "Space"))
-                (button("next", "⏭", "Next thing that happened", "N"))
+                (button("next", "▶|", "Next thing that happened", "N"))
                 label { "speed " select id="speed" aria-label="Speed" {
                     @for speed in ["0.1", "0.25", "0.5", "1", "2", "5", "10"] {
                         option value=(speed) selected[speed == "1"] { (speed) " ×" }

@@ -11,6 +11,8 @@ pub struct Payload {
     pub duration_s: f32,
     /// Colours of pressures from none to most, as `#rrggbb`.
     pub colour_map: Vec<String>,
+    /// Pressure of the brightest, N/cm^2.
+    pub bright_n_cm2: f32,
     /// All frames that move, sampled together.
     pub frames: Frames,
     /// Which of the frames is the palm, pointing along its z.
@@ -76,7 +78,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// How far it reaches from its frame's z axis, at most; what is not a box counts with its diameters.
+    /// How far it reaches from its frame's z axis, at most; what is not a box counts with its greatest width.
     pub fn reach_m(&self) -> f32 {
         let reach = |shape: &Shape| {
             let half_m = match &shape.solid {
@@ -158,8 +160,6 @@ pub struct Pad {
     pub frame: usize,
     /// Its cells.
     pub cells: Vec<Taxel>,
-    /// Pressure of the brightest colour, N/cm^2.
-    pub bright_n_cm2: f32,
     /// When it was read.
     pub times_s: Packed,
     /// Pressures, N/cm^2: all cells of the first reading, then of the next.

@@ -212,6 +212,7 @@ impl Gathered {
         let payload = Payload {
             duration_s: self.last_s,
             colour_map: CIVIDIS.iter().map(|[r, g, b]| format!("#{r:02x}{g:02x}{b:02x}")).collect(),
+            bright_n_cm2: bright_n_cm2(&self.images),
             palm: palm.context("no tactile pads are in it; expected a recording of `tactus run --record`")?,
             bodies,
             belief: self.belief.finish(self.frames.believed_z_m(), radius_m),
@@ -286,9 +287,13 @@ impl Arrows {
     }
 }
 
+/// A whole number that no pressure is above, N/cm^2.
+fn bright_n_cm2(images: &[Images; PADS]) -> f32 {
+    images.iter().flat_map(|i| &i.pressures_n_cm2).copied().fold(BRIGHT_MIN_N_CM2, f32::max).ceil()
+}
+
 /// The pads with what they read.
 fn pads(pads: &[sample::Pad], images: &[Images; PADS], frames: &Tracks) -> anyhow::Result<Vec<Pad>> {
-    let most = images.iter().flat_map(|i| &i.pressures_n_cm2).copied().fold(BRIGHT_MIN_N_CM2, f32::max);
     let pad = |pad: &sample::Pad| {
         let number = usize::from(pad.pad);
         let named = PAD_NAMES.get(number).zip(images.get(number));
@@ -298,7 +303,6 @@ fn pads(pads: &[sample::Pad], images: &[Images; PADS], frames: &Tracks) -> anyho
             name: (*name).to_owned(),
             frame,
             cells: taxels(pad),
-            bright_n_cm2: most.ceil(),
             times_s: Packed::exact(images.times_s.iter().copied()),
             pressures_n_cm2: Packed::quantised(&images.pressures_n_cm2),
         })

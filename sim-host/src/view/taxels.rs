@@ -22,8 +22,8 @@ pub fn taxels(pad: &Pad) -> Vec<Taxel> {
     let mut taxels = Vec::new();
     for (row, cells) in rows.iter().enumerate() {
         for (column, cell) in cells.iter().copied().enumerate() {
-            let across = match cells {
-                [first, .., last] if first != last => (centres[*last] - centres[*first]).normalize(),
+            let across = match cells[..] {
+                [first, .., last] => (centres[last] - centres[first]).normalize(),
                 _ => Vector3::z(),
             };
             let normal = Vector3::from(pad.normal.get(cell).copied().unwrap_or([0.0, 0.0, 1.0]));

@@ -38,7 +38,7 @@ function sheet(order, opacity) {
   return { area, border };
 }
 
-/** The belief at any moment: `group` carries the ghost; `at(t)` moves all and returns the numbers. */
+/** The belief at any moment: `group` carries the ghost; `at(t)` moves all and returns the numbers, or null if none hold. */
 export function makeBelief(stage, belief) {
   const times = unpack(belief.times_s);
   const poses = unpack(belief.poses);
@@ -46,7 +46,8 @@ export function makeBelief(stage, belief) {
   const group = new THREE.Group();
   const place = sheet(4, 0.3);
   const yaw = sheet(6, 0.25);
-  stage.scene.add(group, place.area, place.border, yaw.area, yaw.border);
+  const all = [group, place.area, place.border, yaw.area, yaw.border];
+  stage.scene.add(...all);
 
   function draw({ area }, centre, point) {
     const positions = area.geometry.getAttribute("position");
@@ -79,12 +80,10 @@ export function makeBelief(stage, belief) {
   return {
     group,
     at(t) {
-      const i = Math.max(0, before(times, t));
-      if (times.length === 0) {
-        [group, place.area, place.border, yaw.area, yaw.border].forEach((part) => (part.visible = false));
-        return null;
-      }
-      const [x, y, z, phi] = poses.subarray(4 * i, 4 * i + 4);
+      const i = before(times, t);
+      const [x, y, z, phi] = i < 0 ? [NaN] : poses.subarray(4 * i, 4 * i + 4);
+      all.forEach((part) => (part.visible = Number.isFinite(x)));
+      if (!Number.isFinite(x)) return null;
       const now = { x, y, z, phi, covariance: covariances.subarray(6 * i, 6 * i + 6) };
       group.position.set(x, y, z);
       group.rotation.set(0, 0, phi);

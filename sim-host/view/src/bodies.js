@@ -10,8 +10,9 @@ const LOOKS = {
   arm: { name: "soft", paper: 0.55 },
   hand: { name: "soft", paper: 0.25 },
   table: { name: "panel", paper: 0 },
-  truth: { name: "truth", paper: 0.1 },
+  truth: { name: "truth", paper: 0.3 },
   obstacle: { name: "c5", paper: 0.35 },
+  loose: { name: "c9", paper: 0.35 },
   belief: { name: "belief", paper: 0 },
 };
 /** Edges where faces meet at more than this angle are drawn, degrees. */

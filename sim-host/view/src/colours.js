@@ -12,18 +12,18 @@ export function colour(name) {
   return new THREE.Color().setStyle(getComputedStyle(probe).color);
 }
 
-/** Colours from none (0) to most (1), as style sheets take them. */
-export function makeColourMap(points) {
+/** Colours of pressures from none to `most`; by their square roots, so that light touches are seen beside a grasp. */
+export function makeColourMap(points, most) {
   const colours = points.map((p) => new THREE.Color(p));
   const mixed = new THREE.Color();
-  const at = (share) => {
-    const place = Math.min(1, Math.max(0, share)) * (colours.length - 1);
+  const at = (pressure) => {
+    const place = Math.sqrt(Math.min(1, Math.max(0, pressure / most))) * (colours.length - 1);
     const i = Math.min(Math.floor(place), colours.length - 2);
     return mixed.lerpColors(colours[i], colours[i + 1], place - i);
   };
   return {
     at,
-    style: (share) => at(share).getStyle(),
+    style: (pressure) => at(pressure).getStyle(),
     gradient: `linear-gradient(to right, ${points.join(", ")})`,
   };
 }

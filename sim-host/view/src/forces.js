@@ -6,21 +6,20 @@ import { onTheme } from "./theme.js";
 import { before } from "./times.js";
 import { unpack } from "./unpack.js";
 
-/** Length of an arrow, metres per newton, and its limits. */
-const SCALE = 0.01;
-const SHORTEST = 0.02;
+/** Lengths of an arrow's head, and between which it may be as a whole, metres. */
+const HEAD = 0.02;
+const SHORTEST = 0.03;
 const LONGEST = 0.25;
-const HEAD = 0.014;
 
 /** Arrows for the contacts of any moment. */
 export function makeForces(stage, contacts) {
   const times = unpack(contacts.times_s);
   const starts = unpack(contacts.starts);
   const points = unpack(contacts.points_m);
-  const forces = unpack(contacts.forces_n);
+  const forces = unpack(contacts.arrows_m);
   const most = starts.reduce((most, start, i) => Math.max(most, (starts[i + 1] ?? start) - start), 0);
-  const shaft = new THREE.CylinderGeometry(0.0022, 0.0022, 1, 10).translate(0, -0.5, 0);
-  const head = new THREE.ConeGeometry(0.006, HEAD, 14).translate(0, -HEAD / 2, 0);
+  const shaft = new THREE.CylinderGeometry(0.003, 0.003, 1, 10).translate(0, -0.5, 0);
+  const head = new THREE.ConeGeometry(0.0085, HEAD, 16).translate(0, -HEAD / 2, 0);
   const material = new THREE.MeshBasicMaterial({ depthTest: false, transparent: true });
   const arrows = Array.from({ length: most }, () => {
     const arrow = new THREE.Group();
@@ -47,7 +46,7 @@ export function makeForces(stage, contacts) {
         if (!arrow.visible) return;
         const at = 3 * (first + k);
         force.fromArray(forces, at);
-        const length = Math.min(LONGEST, Math.max(SHORTEST, SCALE * force.length()));
+        const length = Math.min(LONGEST, Math.max(SHORTEST, force.length()));
         arrow.position.fromArray(points, at);
         arrow.quaternion.setFromUnitVectors(up, force.normalize());
         arrow.children[0].position.y = -HEAD;

@@ -3,6 +3,7 @@
 import * as THREE from "three";
 import { colour } from "./colours.js";
 import { makeLabel } from "./label.js";
+import { number } from "./number.js";
 import { onTheme } from "./theme.js";
 
 /** The grid's range, in tenths of a metre. */
@@ -10,8 +11,12 @@ const X = [-12, 12];
 const Y = [-10, 6];
 /** Just above the table's top, so that the lines are seen on it. */
 const HEIGHT = 0.0008;
+/** Where the grid's numbers stand: x of those along y, y of those along x. */
+const EDGE = [-1.0, 0.37];
+/** Numbers stand this much above the grid, so that it does not cut them. */
+const LIFT = 0.015;
 /** Where the triad stands, and how long its axes are. */
-const CORNER = [-1.05, 0.42, 0];
+const CORNER = [-0.7, 0.15, 0.02];
 const AXIS = 0.16;
 
 function lines(points) {
@@ -29,26 +34,30 @@ function grid() {
   return [lines(fine), lines(bold)];
 }
 
+function metres(tenths) {
+  return `${number(tenths / 10, 1)} m`;
+}
+
 /** Adds grid, its numbers and the triad to a scene. */
 export function addGround(stage) {
   const [fine, bold] = grid();
   stage.scene.add(fine, bold);
   const labels = [];
-  const label = (text, x, y, z, size) => {
-    const sprite = makeLabel(text, size);
+  const label = (text, x, y, z) => {
+    const sprite = makeLabel(text);
     sprite.position.set(x, y, z);
     labels.push(sprite);
     stage.scene.add(sprite);
   };
-  for (let i = -10; i <= 10; i += 5) label(`${(i / 10).toFixed(1)}${i === 10 ? " m" : ""}`.replace("-", "−"), i / 10, Y[1] / 10 + 0.05, 0, 0.05);
-  for (let i = -5; i <= 5; i += 5) label((i / 10).toFixed(1).replace("-", "−"), X[1] / 10 + 0.06, i / 10, 0, 0.05);
+  for (let i = -5; i <= 5; i += 5) label(`x ${metres(i)}`, i / 10, EDGE[1], LIFT);
+  for (let i = -5; i <= 0; i += 5) label(`y ${metres(i)}`, EDGE[0], i / 10, LIFT);
 
   const triad = ["c8", "c2", "c0"].map((name, i) => {
     const direction = new THREE.Vector3().setComponent(i, 1);
     const arrow = new THREE.ArrowHelper(direction, new THREE.Vector3(...CORNER), AXIS, 0xffffff, 0.045, 0.026);
     stage.scene.add(arrow);
-    const tip = direction.multiplyScalar(AXIS + 0.035).add(new THREE.Vector3(...CORNER));
-    label("xyz"[i], tip.x, tip.y, tip.z, 0.055);
+    const tip = direction.multiplyScalar(AXIS + 0.05).add(new THREE.Vector3(...CORNER));
+    label("xyz"[i], tip.x, tip.y, tip.z);
     return { arrow, name };
   });
 

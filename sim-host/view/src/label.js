@@ -3,9 +3,11 @@
 import * as THREE from "three";
 
 const HEIGHT_PX = 48;
+/** Height of a label as a share of its distance: about as large as the page's small print. */
+const SHARE = 0.017;
 
-/** A sprite with a text, `size` metres high; `userData.paint(colour)` writes it. */
-export function makeLabel(text, size) {
+/** A sprite with a text, as large from near as from far; `userData.paint(colour)` writes it. */
+export function makeLabel(text) {
   const canvas = document.createElement("canvas");
   const pen = canvas.getContext("2d");
   const font = `${HEIGHT_PX * 0.75}px system-ui, sans-serif`;
@@ -14,8 +16,8 @@ export function makeLabel(text, size) {
   canvas.height = HEIGHT_PX;
   const texture = new THREE.CanvasTexture(canvas);
   texture.colorSpace = THREE.SRGBColorSpace;
-  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture, depthWrite: false }));
-  sprite.scale.set((size * canvas.width) / HEIGHT_PX, size, 1);
+  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture, depthWrite: false, sizeAttenuation: false }));
+  sprite.scale.set((SHARE * canvas.width) / HEIGHT_PX, SHARE, 1);
   sprite.userData.paint = (colour) => {
     pen.clearRect(0, 0, canvas.width, canvas.height);
     pen.font = font;

@@ -27,7 +27,7 @@ if (wish.theme !== null) setTheme(wish.theme);
 
 const player = makePlayer(run.duration_s, run.marks);
 const frames = makeFrames(run.frames);
-const colourMap = makeColourMap(run.colour_map);
+const colourMap = makeColourMap(run.colour_map, run.bright_n_cm2);
 const palm = frames.all[run.palm];
 const stage = makeStage(get("canvas"), palm);
 stage.scene.add(...frames.all);
@@ -41,7 +41,7 @@ const timeline = makeTimeline(get("timeline"), run, player);
 const truth = run.bodies.find((body) => body.role === "truth");
 const readout = makeReadout(get("readout"), run.phases, truth ? frames.all[truth.frame] : null);
 document.querySelector("#legend .pressure").style.background = colourMap.gradient;
-document.querySelector("#legend .pressure").parentElement.lastChild.textContent = `pad pressure, 0 to ${run.pads[0]?.bright_n_cm2 ?? 0} N/cm²`;
+document.querySelector("#legend .pressure").parentElement.lastChild.textContent = `pad pressure 0, ${run.bright_n_cm2 / 4}, ${run.bright_n_cm2} N/cm²`;
 
 player.on(({ t }) => {
   frames.at(t);
@@ -60,4 +60,7 @@ addEventListener("hashchange", () => player.seek(wishes().t));
 player.seek(wish.t);
 stage.look(wish.view);
 // Drawn once: whoever waits for the page sees it.
-requestAnimationFrame(() => document.documentElement.setAttribute("data-ready", "true"));
+requestAnimationFrame(() => {
+  performance.mark("ready");
+  document.documentElement.dataset.ready = "true";
+});

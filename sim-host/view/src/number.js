@@ -12,10 +12,9 @@ export function signed(value, decimals) {
   return text.startsWith("−") ? text : `+${text}`;
 }
 
-/** With three significant digits. */
-export function short(value) {
-  const size = Math.abs(value);
-  return number(value, size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3);
+/** Decimals that suit values up to this size: three digits. */
+export function decimalsFor(size) {
+  return size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3;
 }
 
 /** About `count` round numbers from `low` to `high`. */

@@ -25,7 +25,7 @@ export function makePadPanel(place, pads, colourMap) {
     show(i, pressures) {
       const { cells, most } = panels[i];
       pressures.forEach((pressure, cell) => {
-        cells[cell].style.fill = colourMap.style(pressure / pads[i].bright_n_cm2);
+        cells[cell].style.fill = colourMap.style(pressure);
       });
       most.textContent = `${number(Math.max(...pressures), 1)} N/cm²`;
     },

@@ -1,7 +1,7 @@
 // Curves over time with axes, a cursor, and the values under it.
 
 import { makeAxis } from "./axis.js";
-import { short, ticks } from "./number.js";
+import { decimalsFor, number, ticks } from "./number.js";
 import { html, svg } from "./svg.js";
 import { before } from "./times.js";
 import { unpack } from "./unpack.js";
@@ -9,12 +9,18 @@ import { unpack } from "./unpack.js";
 /** Room for the numbers of the axes, pixels. */
 const LEFT = 36;
 const BOTTOM = 13;
-const TOP = 3;
+const TOP = 7;
 const RIGHT = 2;
+
+/** Where samples are farther apart than this, nothing was measured between them, seconds. */
+const GAP = 0.5;
 
 function path(times, values, x, y) {
   let d = "";
-  for (let i = 0; i < times.length; i += 1) d += `${i === 0 ? "M" : "L"}${x(times[i]).toFixed(1)} ${y(values[i]).toFixed(1)}`;
+  for (let i = 0; i < times.length; i += 1) {
+    const goesOn = i > 0 && times[i] - times[i - 1] < GAP;
+    d += `${goesOn ? "L" : "M"}${x(times[i]).toFixed(1)} ${y(values[i]).toFixed(1)}`;
+  }
   return d;
 }
 
@@ -29,7 +35,7 @@ function drawAll(drawing, plot, width, height, duration) {
   ];
   const parts = [svg("path", { class: "grid", d: grid.join("") })];
   for (const tick of plot.axis.ticks) parts.push(svg("text", { x: LEFT - 4, y: y(tick.value) + 3.5, "text-anchor": "end" }, tick.text));
-  for (const t of time.values.slice(0, -1)) parts.push(svg("text", { x: x(t), y: height - 2, "text-anchor": "middle" }, t.toFixed(time.decimals)));
+  for (const t of time.values.filter((t) => x(t) < width - RIGHT - 16)) parts.push(svg("text", { x: x(t), y: height - 2, "text-anchor": "middle" }, t.toFixed(time.decimals)));
   parts.push(svg("text", { x: width - RIGHT, y: height - 2, "text-anchor": "end" }, "s"));
   plot.lines.forEach((line, i) => parts.push(svg("path", { class: `curve k${i % 8} d${i % 4}`, d: path(plot.times, line, x, y) })));
   parts.push(svg("rect", { class: "frame", x: LEFT, y: TOP, width: width - LEFT - RIGHT, height: height - TOP - BOTTOM }));
@@ -42,12 +48,17 @@ export function makePlot(place, source, player) {
   const lines = source.lines.map((line) => unpack(line.values));
   const plot = { times: unpack(source.times_s), lines, axis: makeAxis(source.scale, lines), cursor: svg("line", { class: "cursor" }), x: null };
   const drawing = svg("svg", { role: "img", "aria-label": `${source.title} over time, ${source.unit}` });
-  const values = source.lines.map(() => html("b"));
-  const keys = source.lines.map((line, i) => html("span", {}, html("i", { class: `k${i % 8}` }), `${line.name} `, values[i]));
+  const values = source.lines.map(() => html("output"));
+  const keys = source.lines.map((line, i) => html("span", {}, html("i", { class: `k${i % 8}` }), line.name, values[i]));
   const area = html("div", { class: "plot" }, drawing);
   const single = source.lines.length === 1;
-  const caption = single ? [html("span", {}, `${source.title}, ${source.unit} `, values[0])] : [html("b", {}, `${source.title}, ${source.unit}`), ...keys];
-  place.append(html("figure", { class: single ? "half" : "" }, html("figcaption", {}, ...caption), area));
+  const unit = `${source.unit} `;
+  const caption = single ? [html("b", {}, source.title), html("span", {}, values[0], unit)] : [html("b", {}, `${source.title}, ${unit}`), ...keys];
+  place.append(html("figure", { class: single ? "half" : lines.length > 4 ? "dense" : "" }, html("figcaption", {}, ...caption), area));
+
+  // Values that span decades have each their own digits.
+  const greatest = lines.reduce((most, line) => line.reduce((m, v) => Math.max(m, Math.abs(v)), most), 0);
+  const shown = (v) => number(v, decimalsFor(source.scale === "log" ? v : greatest));
 
   function at({ t }) {
     if (plot.x === null) return;
@@ -55,7 +66,7 @@ export function makePlot(place, source, player) {
     const { height } = area.getBoundingClientRect();
     for (const [key, value] of [["x1", x], ["x2", x], ["y1", TOP], ["y2", height - BOTTOM]]) plot.cursor.setAttribute(key, value);
     const i = before(plot.times, t);
-    values.forEach((element, k) => (element.textContent = i < 0 ? "–" : short(plot.lines[k][i])));
+    values.forEach((element, k) => (element.textContent = i < 0 || t - plot.times[i] > GAP ? "–" : shown(plot.lines[k][i])));
   }
 
   new ResizeObserver(() => {

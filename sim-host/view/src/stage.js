@@ -7,11 +7,11 @@ import { onTheme } from "./theme.js";
 
 /** Standard views: where the camera is and what it looks at, metres. */
 const VIEWS = {
-  all: { from: [1.55, 1.35, 1.12], at: [-0.02, -0.2, 0.24] },
+  all: { from: [1.25, 1.3, 1.02], at: [0.02, -0.17, 0.22] },
   top: { from: [-0.05, -0.14, 2.35], at: [-0.05, -0.14, 0] },
 };
 /** The camera beside the hand, from the middle between its fingertips. */
-const BESIDE_HAND = new THREE.Vector3(0.38, 0.46, 0.26);
+const BESIDE_HAND = new THREE.Vector3(0.52, 0.5, 0.3);
 /** From the hand's frame to between its fingertips, metres. */
 const GRASP_POINT = new THREE.Vector3(0, 0, 0.16);
 
@@ -107,7 +107,7 @@ export function makeStage(canvas, hand) {
     scene.background = colour("paper");
     draw();
   });
-  return { scene, camera, draw, follow, look, turn, setFollow, renderNow: () => renderer.render(scene, camera) };
+  return { scene, camera, draw, follow, look, turn, setFollow };
 }
 
 function light(scene) {

@@ -26,7 +26,7 @@ export function makeTaxels(pads, frames, colourMap) {
   });
   return {
     show(i, pressures) {
-      pressures.forEach((pressure, cell) => meshes[i].setColorAt(cell, colourMap.at(pressure / pads[i].bright_n_cm2)));
+      pressures.forEach((pressure, cell) => meshes[i].setColorAt(cell, colourMap.at(pressure)));
       meshes[i].instanceColor.needsUpdate = true;
     },
   };

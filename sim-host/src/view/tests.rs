@@ -1,0 +1,52 @@
+//! The page as a whole, from a small recording; and its script, against its sources.
+
+use sha2::{Digest, Sha256};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+fn sources() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("view")
+}
+
+/// What the list beside the script says: file (relative to its sources) and SHA-256.
+fn listed() -> Vec<(String, String)> {
+    let lines = include_str!("page.sha256").lines();
+    lines.map(|line| line.split_once("  ").unwrap()).map(|(sum, path)| (path.to_owned(), sum.to_owned())).collect()
+}
+
+#[test]
+fn the_script_is_what_its_sources_give() {
+    for (path, sum) in listed() {
+        let bytes =
+            std::fs::read(sources().join(&path)).unwrap_or_else(|error| panic!("sim-host/view/{path}: {error}"));
+        let found: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        assert_eq!(found, sum, "sim-host/view/{path} has changed: run `cargo xtask page`");
+    }
+}
+
+#[test]
+fn no_source_is_missing_in_the_list() {
+    let listed: BTreeSet<String> = listed().into_iter().map(|(path, _)| path).collect();
+    let files = |folder: &str| -> Vec<String> {
+        let entries = std::fs::read_dir(sources().join(folder)).unwrap().map(|entry| entry.unwrap().path());
+        entries
+            .filter(|path| path.is_file())
+            .map(|path| format!("{folder}{}", path.file_name().unwrap().to_string_lossy()))
+            .collect()
+    };
+    for file in files("").into_iter().chain(files("src/")) {
+        assert!(
+            listed.contains(&file),
+            "sim-host/view/{file} is not in sim-host/src/view/page.sha256: run `cargo xtask page`"
+        );
+    }
+    assert!(listed.contains("../src/view/page.js"));
+}
+
+#[test]
+fn the_script_carries_the_licence_of_its_library_and_ends_no_tag() {
+    let script = include_str!("page.js");
+    let licence = include_str!("../../view/LICENSE-three.txt");
+    assert!(licence.contains("The MIT License") && script.contains(licence));
+    assert!(!script.contains("</script"), "the page would end there");
+}
