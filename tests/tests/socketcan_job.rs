@@ -1,7 +1,9 @@
 //! Promise: the main job with controller and world as two processes on SocketCAN is the job in one process, to the bit.
 
 use serde_json::Value;
+use std::path::Path;
 use tactus_common::can::{CanFrame, Mtu};
+use tactus_sim_host::recording::{Channel, Entry, Log};
 use tactus_tests::can_bench::{BUS, MISSION, SHORT, Witness, in_process, in_two_processes, short_digest, world};
 use tactus_tests::eavesdropper::Eavesdropper;
 use tactus_tests::process::Process;
@@ -47,6 +49,32 @@ fn the_main_job_over_can_fd_has_the_digest_of_one_process_and_an_independent_wit
 fn over_classic_can_too() {
     let (_, frames) = witnessed("classic", &SHORT);
     assert!(frames.iter().all(|frame| frame.mtu() == Mtu::Classic));
+}
+
+/// All messages of a recording but those about the bus: topic, time, bytes.
+fn recorded(file: &str) -> Vec<(String, u64, Vec<u8>)> {
+    let entries = Log::open(Path::new(file)).expect("a recording").map(|entry| entry.expect("it can be read"));
+    let messages = entries.filter_map(|entry| match entry {
+        Entry::Message(message) if message.source.channel != Some(Channel::Bus) => {
+            Some((message.source.topic.clone(), message.time_ns, message.bytes))
+        }
+        _ => None,
+    });
+    messages.collect()
+}
+
+#[test]
+#[ignore = "needs vcan0: cargo xtask test runs it"]
+fn a_recording_of_two_processes_is_that_of_one_but_for_the_bus() {
+    let [one, two] = ["/dev/shm/one.mcap", "/dev/shm/two.mcap"];
+    in_process(&[&SHORT[..], &["--record", one]].concat());
+    in_two_processes(&[&SHORT[..], &["--record", two]].concat());
+    let [one, two] = [one, two].map(recorded);
+    assert!(one.len() > 10_000, "{}", one.len());
+    assert_eq!(one.len(), two.len());
+    for (one, two) in one.iter().zip(&two) {
+        assert!(one == two, "{} at {} ns, {} at {} ns", one.0, one.1, two.0, two.1);
+    }
 }
 
 #[test]

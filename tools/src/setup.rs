@@ -1,6 +1,8 @@
 //! What the commands need from the machine: a table of things, how each is recognised and where it comes from. What is
 //! missing is installed where that is possible, never silently; what cannot be installed stops the command with one line.
 
+mod python;
+
 use crate::{cargo, vcan};
 use anyhow::bail;
 use std::os::unix::fs::MetadataExt;
@@ -16,6 +18,8 @@ pub enum Probe {
     File(&'static str),
     /// `cargo NAME` answers.
     Cargo(&'static str),
+    /// The system's Python has this module.
+    Python(&'static str),
 }
 
 /// Where a thing comes from.
@@ -67,6 +71,12 @@ pub const USER_MODE_LINUX: &[Need] = &[
 pub const EMULATOR: &[Need] =
     &[row("the emulated board", Probe::Program("qemu-system-arm"), Source::Debian(&["qemu-system-arm"]))];
 
+/// For reading recordings with a library that is not ours.
+pub const PYTHON: &[Need] = &[
+    row("an independent reader of recordings", Probe::Program("python3"), Source::Debian(&["python3"])),
+    row("its environments", Probe::Python("ensurepip"), Source::Debian(&["python3-venv"])),
+];
+
 /// For counting instructions.
 pub const BENCH: &[Need] = &[row("counting instructions", Probe::Program("valgrind"), Source::Debian(&["valgrind"]))];
 
@@ -94,7 +104,8 @@ pub const CROSS: &[Need] = &[
 /// # Errors
 /// As [`need`].
 pub fn everything() -> anyhow::Result<()> {
-    need(&[LINT, CAN, BROWSER])?;
+    need(&[LINT, CAN, PYTHON, BROWSER])?;
+    python::environment()?;
     if !vcan::own_kernel_has_can() {
         need(&[USER_MODE_LINUX])?;
     }
@@ -147,6 +158,11 @@ pub fn present(probe: Probe) -> bool {
         Probe::Cargo(subcommand) => {
             cargo::command(&[subcommand, "--version"]).output().is_ok_and(|o| o.status.success())
         }
+        Probe::Python(module) => program("python3").is_some_and(|python| {
+            let mut import = Command::new(python);
+            import.args(["-c", &format!("import {module}")]).stdout(Stdio::null()).stderr(Stdio::null());
+            import.status().is_ok_and(|status| status.success())
+        }),
     }
 }
 
@@ -216,6 +232,7 @@ mod tests {
         assert!(!present(Probe::Program("no-such-program-0")));
         assert!(present(Probe::File("/")));
         assert!(!present(Probe::File("/no/such/file")));
+        assert!(!present(Probe::Python("no_such_module_0")));
     }
 
     #[test]

@@ -109,6 +109,8 @@ channels! {
     Pads(sample::Pads) json "/sensors/pads" "once";
     /// Images of the tactile pads.
     Tactile(sample::Tactile) json "/sensors/tactile" "as they come: 41.7 Hz for each of 4 pads";
+    /// What the ideal contact sensors feel, with `--sensors ideal` alone.
+    LinkContacts(sample::LinkContacts) json "/sensors/link_contacts" "when it changes";
     /// The controller's commands: arm torques, hand motors.
     Command(sample::Command) json "/controller/command" "500 Hz";
     /// What the controller thinks: phase, belief with covariance, evidence, touches.
@@ -137,4 +139,46 @@ channels! {
     LinkForces(sample::LinkForces) json "/truth/link_forces" "50 Hz";
     /// Truth: how far the belief is from the object's pose.
     BeliefError(sample::BeliefError) json "/truth/belief_error" "10 Hz";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::Value;
+
+    const PAGE: &str = include_str!("../../../docs/recording.md");
+
+    /// Rows of the page whose first cell is a topic, as their cells.
+    fn rows(cells: usize) -> Vec<Vec<&'static str>> {
+        let split = |line: &'static str| line.trim_matches('|').split('|').map(str::trim).collect::<Vec<_>>();
+        PAGE.lines().filter(|line| line.starts_with("| `/")).map(split).filter(|row| row.len() == cells).collect()
+    }
+
+    #[test]
+    fn the_page_lists_the_channels_as_they_are() {
+        let listed = |channel: &Channel| {
+            let code = |text: &str| format!("`{text}`");
+            let [topic, schema] = [code(channel.topic()), code(&channel.schema_name())];
+            [topic, schema, channel.encoding().to_owned(), channel.rate().to_owned(), channel.what().to_owned()]
+                .to_vec()
+        };
+        assert_eq!(rows(5), Channel::ALL.iter().map(listed).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn every_schema_is_complete_in_itself_and_every_field_has_a_text_and_a_place_on_the_page() {
+        let fields_on_page = rows(2);
+        for channel in Channel::ALL.iter().filter(|channel| channel.encoding() == json::ENCODING) {
+            let schema: Value = serde_json::from_slice(&channel.schema().data).unwrap();
+            assert!(!schema.to_string().contains("$ref"), "{schema}");
+            let row = fields_on_page.iter().find(|row| row[0] == format!("`{}`", channel.topic())).unwrap();
+            for (name, field) in schema["properties"].as_object().unwrap() {
+                assert!(field["description"].is_string(), "{} {name}", channel.topic());
+                assert!(name == "tick" || row[1].contains(&format!("`{name}`")), "{} {name}", channel.topic());
+            }
+        }
+        for channel in Channel::ALL.iter().filter(|channel| channel.encoding() == protobuf::ENCODING) {
+            assert!(!channel.schema().data.is_empty(), "{}", channel.topic());
+        }
+    }
 }

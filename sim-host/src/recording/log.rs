@@ -230,7 +230,100 @@ fn source(topic: String, schema: String, encoding: String) -> Source {
 /// Why nothing more can be read.
 fn cause(error: &McapError) -> String {
     match error {
-        McapError::UnexpectedEof | McapError::BadMagic | McapError::BadFooter => "the file breaks off".to_owned(),
-        other => format!("the file is damaged: {other}"),
+        McapError::UnexpectedEof | McapError::BadMagic | McapError::BadFooter => "it ends within a record".to_owned(),
+        other => format!("damaged: {other}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::sample::{Foretold, LinkForces};
+    use crate::recording::sink::Sink;
+
+    /// A recording of so many messages, a chunk every ten.
+    fn recording(path: &Path, messages: u32) {
+        let mut sink = Sink::create(path).unwrap();
+        sink.describe("tactus.run", BTreeMap::from([("seed".to_owned(), "7".to_owned())])).unwrap();
+        for tick in 0..messages {
+            sink.write(tick, &message(tick)).unwrap();
+            if tick % 10 == 9 {
+                sink.flush().unwrap();
+            }
+        }
+        sink.attach(messages, "summary.json", "{}".to_owned()).unwrap();
+        sink.finish().unwrap();
+    }
+
+    fn message(tick: u32) -> Content {
+        if tick.is_multiple_of(3) {
+            Content::Foretold(Foretold { tick, agrees: tick.is_multiple_of(2) })
+        } else {
+            Content::LinkForces(LinkForces { tick, force_n: [tick as f32 * 0.1; 9] })
+        }
+    }
+
+    /// What can be read of these bytes: messages, attachments, ending.
+    fn read(folder: &Path, bytes: &[u8]) -> anyhow::Result<(Vec<Content>, usize, Ending)> {
+        let path = folder.join("cut.mcap");
+        std::fs::write(&path, bytes)?;
+        let mut log = Log::open(&path)?;
+        let (mut messages, mut attachments) = (Vec::new(), 0);
+        while let Some(entry) = log.next_entry()? {
+            match entry {
+                Entry::Message(message) => messages.extend(message.content()?),
+                Entry::Attachment(_) => attachments += 1,
+                Entry::Metadata { .. } => {}
+            }
+        }
+        Ok((messages, attachments, log.ending().cloned().expect("it was read to its end")))
+    }
+
+    #[test]
+    fn what_was_written_is_read_and_after_a_cut_anywhere_what_comes_before_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let whole = folder.path().join("whole.mcap");
+        recording(&whole, 100);
+        let bytes = std::fs::read(&whole).unwrap();
+        let expected: Vec<Content> = (0..100).map(message).collect();
+        assert_eq!(read(folder.path(), &bytes).unwrap(), (expected.clone(), 1, Ending::Whole));
+        let mut before = 0;
+        for cut in (mcap::MAGIC.len()..bytes.len()).step_by(43).chain([bytes.len() - 1]) {
+            let (messages, _, ending) = read(folder.path(), &bytes[..cut]).unwrap();
+            assert_eq!(ending, Ending::Cut("it ends within a record".to_owned()), "cut at {cut} of {}", bytes.len());
+            assert_eq!(messages, expected[..messages.len()], "cut at {cut}");
+            assert!(messages.len() % 10 == 0 && messages.len() >= before, "cut at {cut}: {}", messages.len());
+            before = messages.len();
+        }
+        assert_eq!(before, 100);
+    }
+
+    #[test]
+    fn of_a_damaged_recording_no_message_is_read_that_was_not_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let whole = folder.path().join("whole.mcap");
+        recording(&whole, 100);
+        let bytes = std::fs::read(&whole).unwrap();
+        // Channels and schemas are repeated in the index at the end; the messages lie before it.
+        let expected: Vec<Content> = (0..100).map(message).collect();
+        let mut damaged = 0;
+        for place in (mcap::MAGIC.len()..bytes.len()).step_by(97) {
+            let mut bytes = bytes.clone();
+            bytes[place] ^= 0x10;
+            let Ok((messages, _, ending)) = read(folder.path(), &bytes) else { continue };
+            assert!(messages.iter().all(|message| expected.contains(message)), "damaged at {place}");
+            damaged += usize::from(ending != Ending::Whole);
+        }
+        assert!(damaged > 20, "{damaged}");
+    }
+
+    #[test]
+    fn what_is_no_recording_is_refused_in_one_line_that_names_it() {
+        let folder = tempfile::tempdir().unwrap();
+        for bytes in [&b""[..], b"\x89MCA", b"tick,x_m\n0,0.1\n0,0.1\n"] {
+            let message = format!("{:#}", read(folder.path(), bytes).unwrap_err());
+            assert!(message.contains("cut.mcap: not a recording; expected an MCAP file"), "{message}");
+            assert_eq!(message.lines().count(), 1);
+        }
     }
 }

@@ -3,12 +3,13 @@
 use super::channel::Content;
 use super::convert::{quaternion, timestamp, vector};
 use super::sample::{
-    BeliefError, Bus, Command, Contact, ControllerLost, End, Foretold, Joints, LinkForces, ObjectTruth, Pad, Pads,
-    PhaseBegun, Refusal, Status, Tactile, Touch, Update,
+    BeliefError, Bus, Command, Contact, ControllerLost, End, Foretold, Joints, LinkContacts, LinkForces, ObjectTruth,
+    Pad, Pads, PhaseBegun, Refusal, Status, Tactile, Touch, Update,
 };
 use super::settings::Settings;
 use super::sink::Sink;
 use super::{RESULT, RUN, SETTINGS, SUMMARY, scene};
+use crate::method::Sensors;
 use crate::mission::{MissionOptions, MissionReport, planar};
 use crate::observer::{Observer, Seen};
 use crate::report::progress::{describe, lost_text};
@@ -45,6 +46,10 @@ pub struct Recorder {
     bodies: Vec<Body>,
     /// What the controller last said that it believes.
     believed: Option<PlanarPose>,
+    /// The world tells which links touch.
+    ideal_sensors: bool,
+    /// Which did when that was last written.
+    links: Option<u16>,
     /// Forces on the hand were shown last time.
     touched: bool,
     /// The last tick seen.
@@ -60,8 +65,16 @@ impl Recorder {
         let named = || format!("--record {}", path.display());
         let mut sink = Sink::create(path).with_context(named)?;
         begin(&mut sink, options).with_context(named)?;
-        let path = path.to_owned();
-        Ok(Self { path, sink, bodies: Vec::new(), believed: None, touched: false, tick: 0 })
+        Ok(Self {
+            path: path.to_owned(),
+            sink,
+            bodies: Vec::new(),
+            believed: None,
+            ideal_sensors: options.method.sensors == Sensors::Ideal,
+            links: None,
+            touched: false,
+            tick: 0,
+        })
     }
 
     /// Ends the recording with what the mission came to.
@@ -85,6 +98,11 @@ impl Recorder {
         if let Some(image) = seen.world.tactile() {
             self.sink.write(tick, &Content::Tactile(Tactile::from(&image)))?;
         }
+        let links = self.ideal_sensors.then(|| seen.world.link_contacts());
+        if let Some(links) = links.filter(|_| links != self.links) {
+            self.sink.write(tick, &Content::LinkContacts(LinkContacts::new(tick, links)))?;
+        }
+        self.links = links;
         self.write_heard(seen)?;
         if tick.is_multiple_of(PICTURE_TICKS) {
             self.write_picture(seen)?;

@@ -112,6 +112,22 @@ impl From<&TactileImage> for Tactile {
     }
 }
 
+/// What the ideal contact sensors feel, as it was sent to the controller; the real hand lacks them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct LinkContacts {
+    /// Tick of 2 ms.
+    pub tick: u32,
+    /// Is it touched: palm, F1 knuckle, F1 inner, F1 tip, F2 knuckle, F2 inner, F2 tip, F3 inner, F3 tip.
+    pub touched: [bool; HAND_LINKS],
+}
+
+impl LinkContacts {
+    /// Bit i of `links` is hand link i.
+    pub fn new(tick: u32, links: u16) -> Self {
+        Self { tick, touched: core::array::from_fn(|i| links >> i & 1 == 1) }
+    }
+}
+
 /// Where the cells of a tactile pad are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Pad {
