@@ -52,6 +52,7 @@ Examples:
   tactus surface --error modified --csv results/surface_modified.csv
   tactus converge --csv results/converge.csv
   tactus compare --csv results/compare.csv
+  tactus run --record run.mcap && tactus view run.mcap    a run as a file, and as one page for a browser
   tactus report results                      one page of them all: results/report.html
 
 Exit status: 0 done, 2 bad usage or input, 3 the task failed, 4 fault.";

@@ -15,7 +15,7 @@ pub struct ViewArgs {
     /// Where to write the page; `-` writes it to standard output [default: FILE.html beside the recording].
     #[arg(long, value_name = "FILE.html", conflicts_with = "serve")]
     out: Option<PathBuf>,
-    /// Write nothing; show the page to browsers on this machine until interrupted [default port: 8350; 0: a free one].
+    /// Write nothing; show the page to browsers on this machine until interrupted (0: a free port) [default PORT: 8350].
     #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "8350")]
     serve: Option<u16>,
 }

@@ -76,3 +76,38 @@ fn pose_of(transform: &FrameTransform) -> Pose {
     let turn = transform.rotation.unwrap_or_default();
     [at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w].map(|v| v as f32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use foxglove::messages::Vector3;
+
+    fn sample(frames: &[(&str, f64)]) -> FrameTransforms {
+        let transform = |(child, x): &(&str, f64)| FrameTransform {
+            parent_frame_id: WORLD.into(),
+            child_frame_id: (*child).into(),
+            translation: Some(Vector3 { x: *x, y: 0.0, z: 0.1 }),
+            ..FrameTransform::default()
+        };
+        FrameTransforms { transforms: frames.iter().map(transform).collect() }
+    }
+
+    #[test]
+    fn every_frame_has_a_pose_in_every_sample() {
+        let mut tracks = Tracks::default();
+        tracks.take(0.0, &sample(&[("a", 1.0)])).unwrap();
+        tracks.take(0.1, &sample(&[("a", 2.0), ("b", 5.0), (BELIEVED, 9.0)])).unwrap();
+        tracks.take(0.2, &sample(&[("b", 6.0)])).unwrap();
+        let xs = |i: usize| tracks.tracks[i].1.iter().map(|pose| pose[0]).collect::<Vec<_>>();
+        assert_eq!((xs(0), xs(1)), (vec![1.0, 2.0, 2.0], vec![5.0, 5.0, 6.0]));
+        assert_eq!((tracks.find("b"), tracks.find(BELIEVED), tracks.believed_z_m()), (Some(1), None, 0.1));
+    }
+
+    #[test]
+    fn a_frame_that_is_not_posed_in_the_world_is_refused_by_name() {
+        let mut message = sample(&[("tip", 1.0)]);
+        message.transforms[0].parent_frame_id = "palm".into();
+        let refused = Tracks::default().take(0.0, &message).unwrap_err().to_string();
+        assert_eq!(refused, "the frame tip is posed in palm; expected world");
+    }
+}

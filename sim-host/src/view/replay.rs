@@ -23,6 +23,8 @@ const PLOT_TICKS: u32 = 5;
 const WEDGE_REACH: f32 = 1.5;
 /// Names of the pads.
 const PAD_NAMES: [&str; PADS] = ["F1", "F2", "F3", "palm"];
+/// Number of the palm's pad.
+const PALM: usize = 3;
 /// Least pressure of the brightest colour, N/cm^2.
 const BRIGHT_MIN_N_CM2: f32 = 1.0;
 
@@ -207,7 +209,8 @@ impl Gathered {
         ensure!(!bodies.is_empty(), "no bodies are in it; expected a recording of `tactus run --record`");
         let reach_m = bodies.iter().filter(|body| body.role == Role::Belief).map(|body| body.reach_m());
         let radius_m = WEDGE_REACH * reach_m.fold(0.0, f32::max);
-        let palm = self.pads.last().and_then(|pad| self.frames.find(&pad.frame_id));
+        let palm =
+            self.pads.iter().find(|pad| usize::from(pad.pad) == PALM).and_then(|pad| self.frames.find(&pad.frame_id));
         let (phases, marks) = self.story.finish(self.last_s);
         let payload = Payload {
             duration_s: self.last_s,

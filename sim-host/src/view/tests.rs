@@ -1,5 +1,8 @@
 //! The page as a whole, from a small recording; and its script, against its sources.
 
+use super::packed::Packed;
+use super::page::{Heading, page};
+use super::payload::{Belief, Contacts, Frames, Mark, MarkKind, Payload};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -49,4 +52,47 @@ fn the_script_carries_the_licence_of_its_library_and_ends_no_tag() {
     let licence = include_str!("../../view/LICENSE-three.txt");
     assert!(licence.contains("The MIT License") && script.contains(licence));
     assert!(!script.contains("</script"), "the page would end there");
+}
+
+fn payload(text: &str) -> Payload {
+    let none = || Packed::quantised(&[]);
+    Payload {
+        duration_s: 1.0,
+        colour_map: Vec::new(),
+        bright_n_cm2: 1.0,
+        frames: Frames { times_s: none(), names: Vec::new(), poses: Vec::new() },
+        palm: 0,
+        bodies: Vec::new(),
+        belief: Belief { times_s: none(), poses: none(), covariances: none(), radius_m: 0.1 },
+        pads: Vec::new(),
+        contacts: Contacts { times_s: none(), starts: none(), points_m: none(), arrows_m: none() },
+        plots: Vec::new(),
+        phases: Vec::new(),
+        marks: vec![Mark { at_s: 0.5, kind: MarkKind::Other, text: text.to_owned() }],
+    }
+}
+
+#[test]
+fn texts_of_a_recording_stay_texts() {
+    let text = "</script><img src=x onerror=alert(1)>";
+    let heading = Heading {
+        title: text.to_owned(),
+        facts: vec![(text.to_owned(), text.to_owned())],
+        warning: Some(text.to_owned()),
+    };
+    let page = page(&heading, &payload(text)).unwrap();
+    assert!(!page.contains("<img"), "a text became a tag");
+    let from = page.find("id=\"run\">").unwrap() + "id=\"run\">".len();
+    let json = &page[from..from + page[from..].find("</script>").unwrap()];
+    let read: serde_json::Value = serde_json::from_str(json).unwrap();
+    assert_eq!(read["marks"][0]["text"], text);
+}
+
+#[test]
+fn the_page_names_nothing_outside_itself() {
+    let page = page(&Heading { title: "t".into(), facts: Vec::new(), warning: None }, &payload("")).unwrap();
+    let markup = &page[..page.find("id=\"run\"").unwrap()];
+    for forbidden in ["http:", "https:", "src=", "href=", "@import", "url("] {
+        assert!(!markup.contains(forbidden), "{forbidden}");
+    }
 }
