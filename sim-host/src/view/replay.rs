@@ -120,7 +120,7 @@ impl Default for Gathered {
             torques: [
                 Curves::new("Arm", "N m", Scale::Linear, &["J1", "J2", "J3", "J4", "J5", "J6", "J7"]),
                 Curves::new("Fingertip torque", "N m", Scale::Linear, &["F1", "F2", "F3"]),
-                Curves::new("Hand motor effort", "N m", Scale::Linear, &["F1", "F2", "F3", "spread"]),
+                Curves::new("Hand effort", "N m", Scale::Linear, &["F1", "F2", "F3", "spread"]),
             ],
             run: BTreeMap::new(),
             result: BTreeMap::new(),
@@ -177,7 +177,11 @@ impl Gathered {
             Content::Joints(_) | Content::Command(_) | Content::BeliefError(_) => {}
             // Said by the log in words, or shown by another channel.
             Content::JointStates(_) | Content::Foretold(_) | Content::Refusal(_) | Content::End(_) => {}
-            Content::Bus(_) | Content::Lost(_) | Content::ObjectTruth(_) | Content::LinkForces(_) => {}
+            Content::Bus(_)
+            | Content::Lost(_)
+            | Content::ObjectTruth(_)
+            | Content::LinkForces(_)
+            | Content::LinkContacts(_) => {}
         }
         Ok(())
     }

@@ -10,7 +10,7 @@ const LOOKS = {
   arm: { name: "soft", paper: 0.55 },
   hand: { name: "soft", paper: 0.25 },
   table: { name: "panel", paper: 0 },
-  truth: { name: "truth", paper: 0.3 },
+  truth: { name: "truth", paper: 0.15 },
   obstacle: { name: "c5", paper: 0.35 },
   loose: { name: "c9", paper: 0.35 },
   belief: { name: "belief", paper: 0 },
