@@ -5,11 +5,12 @@ breaks off is read as far as it goes.
 """
 
 import json
+import struct
 import sys
 
 from mcap.exceptions import EndOfFile
 from mcap.reader import make_reader
-from mcap.records import Attachment, Channel, Message, Metadata, Schema
+from mcap.records import Attachment, Channel, Footer, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap_protobuf.decoder import DecoderFactory
 
@@ -81,15 +82,24 @@ def decode_json(schema, topic, message):
     return content
 
 
+def next_record(records, file):
+    """The next record; None where the file ends within one. The library says that in several ways, by what was cut."""
+    try:
+        return next(records)
+    except (EndOfFile, struct.error, RuntimeError):
+        if file.read(1):
+            raise
+        return None
+
+
 def read(path):
     reader = Reader()
-    whole = True
     with open(path, "rb") as file:
-        try:
-            for record in StreamReader(file).records:
-                reader.take(record)
-        except EndOfFile:
-            whole = False
+        records = iter(StreamReader(file).records)
+        whole = False
+        while not whole and (record := next_record(records, file)):
+            reader.take(record)
+            whole = isinstance(record, Footer)
     found = {name: value for name, value in vars(reader).items() if name not in ("schemas", "channels", "protobuf")}
     found["frames"] = sorted(reader.frames)
     found["topics"] = [channel.topic for channel in reader.channels.values()]
