@@ -21,6 +21,8 @@ pub struct Payload {
     pub bodies: Vec<Body>,
     /// What the controller believes of the object.
     pub belief: Belief,
+    /// Where the object is to be put: x, y, phi; the controller never sees it.
+    pub goal: Option<[f32; 3]>,
     /// The tactile pads.
     pub pads: Vec<Pad>,
     /// Contact forces.

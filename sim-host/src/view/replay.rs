@@ -8,7 +8,7 @@ use super::payload::{Belief, Contacts, MarkKind, Pad, Payload, Role, Scale};
 use super::plots::Curves;
 use super::story::Story;
 use super::taxels::taxels;
-use crate::recording::{Content, Ending, Entry, Log, RESULT, RUN, SUMMARY, sample};
+use crate::recording::{Content, Ending, Entry, Log, RESULT, RUN, SETTINGS, SUMMARY, sample};
 use crate::report::html::CIVIDIS;
 use anyhow::{Context, ensure};
 use foxglove::messages::{SceneEntity, SceneUpdate};
@@ -77,6 +77,7 @@ struct Gathered {
     torques: [Curves; 3],
     run: BTreeMap<String, String>,
     result: BTreeMap<String, String>,
+    settings: serde_json::Value,
     summary: serde_json::Value,
 }
 
@@ -124,6 +125,7 @@ impl Default for Gathered {
             ],
             run: BTreeMap::new(),
             result: BTreeMap::new(),
+            settings: serde_json::Value::Null,
             summary: serde_json::Value::Null,
         }
     }
@@ -139,6 +141,7 @@ impl Gathered {
                     self.take_content(at_s, content)?;
                 }
             }
+            Entry::Attachment(file) if file.name == SETTINGS => self.settings = serde_json::from_slice(&file.bytes)?,
             Entry::Attachment(file) if file.name == SUMMARY => self.summary = serde_json::from_slice(&file.bytes)?,
             Entry::Metadata { name, texts } if name == RUN => self.run = texts,
             Entry::Metadata { name, texts } if name == RESULT => self.result = texts,
@@ -223,6 +226,7 @@ impl Gathered {
             palm: palm.context("no tactile pads are in it; expected a recording of `tactus run --record`")?,
             bodies,
             belief: self.belief.finish(self.frames.believed_z_m(), radius_m),
+            goal: goal(&self.settings),
             pads: pads(&self.pads, &self.images, &self.frames)?,
             contacts: self.arrows.finish(),
             plots: self.off.into_iter().chain(self.torques).map(Curves::finish).collect(),
@@ -292,6 +296,12 @@ impl Arrows {
             arrows_m: Packed::quantised(&self.arrows_m),
         }
     }
+}
+
+/// x, y, phi of the goal that the settings tell.
+fn goal(settings: &serde_json::Value) -> Option<[f32; 3]> {
+    let number = |key: &str| settings["goal"][key].as_f64().map(|v| v as f32);
+    Some([number("x_m")?, number("y_m")?, number("phi_rad")?])
 }
 
 /// A whole number that no pressure is above, N/cm^2.

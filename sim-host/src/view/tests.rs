@@ -64,6 +64,7 @@ fn payload(text: &str) -> Payload {
         palm: 0,
         bodies: Vec::new(),
         belief: Belief { times_s: none(), poses: none(), covariances: none(), radius_m: 0.1 },
+        goal: None,
         pads: Vec::new(),
         contacts: Contacts { times_s: none(), starts: none(), points_m: none(), arrows_m: none() },
         plots: Vec::new(),

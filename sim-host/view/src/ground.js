@@ -16,7 +16,7 @@ const EDGE = [-1.0, 0.37];
 /** Numbers stand this much above the grid, so that it does not cut them. */
 const LIFT = 0.015;
 /** Where the triad stands, and how long its axes are. */
-const CORNER = [-0.6, 0.22, 0.02];
+const CORNER = [-0.76, -0.2, 0.02];
 const AXIS = 0.16;
 
 function lines(points) {

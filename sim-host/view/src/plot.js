@@ -15,11 +15,28 @@ const RIGHT = 2;
 /** Where samples are farther apart than this, nothing was measured between them, seconds. */
 const GAP = 0.5;
 
+/** The samples that a curve is drawn through: of those in one column of pixels the least and the greatest. */
+function seen(times, values, x) {
+  const kept = [];
+  for (let i = 0; i < times.length; ) {
+    const column = Math.floor(x(times[i]));
+    let [least, greatest] = [i, i];
+    for (; i < times.length && Math.floor(x(times[i])) === column; i += 1) {
+      if (values[i] < values[least]) least = i;
+      if (values[i] > values[greatest]) greatest = i;
+    }
+    kept.push(Math.min(least, greatest));
+    if (least !== greatest) kept.push(Math.max(least, greatest));
+  }
+  return kept;
+}
+
 function path(times, values, x, y) {
   let d = "";
-  for (let i = 0; i < times.length; i += 1) {
-    const goesOn = i > 0 && times[i] - times[i - 1] < GAP;
-    d += `${goesOn ? "L" : "M"}${x(times[i]).toFixed(1)} ${y(values[i]).toFixed(1)}`;
+  let last = -Infinity;
+  for (const i of seen(times, values, x)) {
+    d += `${times[i] - last < GAP ? "L" : "M"}${x(times[i]).toFixed(1)} ${y(values[i]).toFixed(1)}`;
+    last = times[i];
   }
   return d;
 }
