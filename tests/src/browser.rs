@@ -8,8 +8,12 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
+
+/// One browser at a time: drawing without a graphics card takes all processors.
+static TURN: Mutex<()> = Mutex::new(());
 
 /// An answer that takes longer will not come.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -38,14 +42,17 @@ pub struct Browser {
     asked: u64,
     events: Vec<Value>,
     _profile: TempDir,
+    _turn: MutexGuard<'static, ()>,
 }
 
 impl Browser {
-    /// Starts a browser with an empty page.
+    /// Starts a browser with an empty page, once no other runs in this process.
     ///
     /// # Panics
     /// If there is none (`cargo xtask setup` installs it), or it does not answer.
     pub fn start() -> Self {
+        // A test that has failed holds up no other.
+        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let profile = tempfile::tempdir().expect("a temporary folder");
         // The protocol's descriptors are the two that a child's pipes can be: its standard input and output.
         let mut child = Command::new("sh")
@@ -69,7 +76,8 @@ impl Browser {
             }
         });
         let session = String::new();
-        let mut browser = Self { child, to, from, session, asked: 0, events: Vec::new(), _profile: profile };
+        let mut browser =
+            Self { child, to, from, session, asked: 0, events: Vec::new(), _profile: profile, _turn: turn };
         let target = browser.call("Target.createTarget", json!({ "url": "about:blank" }))["targetId"].clone();
         let attached = browser.call("Target.attachToTarget", json!({ "targetId": target, "flatten": true }));
         browser.session = attached["sessionId"].as_str().expect("a session").to_owned();
