@@ -70,14 +70,17 @@ fn a_whole_run_opens_in_two_seconds_is_no_larger_than_4_mb_and_asks_for_nothing(
     let bytes = std::fs::metadata(page()).unwrap().len();
     assert!(bytes < PAGE_BYTES_MAX, "{bytes} bytes");
     let mut browser = Browser::start();
-    // Other tests run beside this one: the fastest is what the page itself needs.
-    let mut times_ms = Vec::new();
-    while times_ms.last().is_none_or(|last| *last > OPEN_MS_MAX) {
-        assert!(times_ms.len() < OPENINGS_MAX, "{times_ms:.0?} ms");
-        times_ms.push(browser.open(page(), ""));
+    // On a machine that does other things too, the processor time of all of the browser's processes is what the page
+    // needs, and more than it would wait for on two idle processors.
+    let mut times_ms: Vec<[f64; 2]> = Vec::new();
+    while times_ms.last().is_none_or(|[waited, used]| waited.min(*used) > OPEN_MS_MAX) {
+        assert!(times_ms.len() < OPENINGS_MAX, "waited, processor time: {times_ms:.0?} ms");
+        let before_ms = browser.processor_ms();
+        let waited_ms = browser.open(page(), "");
+        times_ms.push([waited_ms, browser.processor_ms() - before_ms]);
         check_clean(&mut browser);
     }
-    println!("{bytes} bytes, opens in {times_ms:.0?} ms");
+    println!("{bytes} bytes; waited, processor time: {times_ms:.0?} ms");
 }
 
 #[test]
