@@ -1,4 +1,4 @@
-//! The page of `tactus view`, in a browser: it opens fast, asks for nothing, shows the run, and obeys keys.
+//! Promise: the page of `tactus view`, in a browser, opens fast, asks for nothing, shows the run, and obeys keys.
 
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -17,9 +17,9 @@ const OPENINGS_MAX: usize = 10;
 fn page() -> &'static Path {
     static MADE: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
     let make = || {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().expect("a temporary folder");
         let recording = folder.path().join("run.mcap");
-        let name = recording.to_str().unwrap();
+        let name = recording.to_str().expect("a plain name");
         assert_eq!(program::run(&["run", "--seed", "1", "--quiet", "--record", name]).status, 0);
         let made = program::run(&["view", name]);
         assert_eq!(made.status, 0, "{}", made.stderr);
@@ -48,7 +48,7 @@ fn picture(browser: &mut Browser) -> Value {
 }
 
 fn text(browser: &mut Browser, id: &str) -> String {
-    browser.value(&format!("document.getElementById('{id}').textContent")).as_str().unwrap().to_owned()
+    browser.value(&format!("document.getElementById('{id}').textContent")).as_str().expect("a text").to_owned()
 }
 
 /// Nothing went wrong in the page, and it asked for nothing but itself.
