@@ -5,6 +5,7 @@ mod recordings;
 mod report;
 mod reproduce;
 mod scenes;
+mod view;
 
 use crate::controller_process::ControllerProcess;
 use crate::experiment::capture::Task;
@@ -55,6 +56,7 @@ Examples:
   tactus surface --error modified --csv results/surface_modified.csv
   tactus converge --csv results/converge.csv
   tactus compare --csv results/compare.csv
+  tactus run --record run.mcap && tactus view run.mcap    a run as a file, and as one page for a browser
   tactus report results                      one page of them all: results/report.html
 
 Exit status: 0 done, 2 bad usage or input, 3 the task failed, 4 fault.";
@@ -90,6 +92,8 @@ enum Command {
     Info(recordings::InfoArgs),
     /// The numbers of a recording as CSV tables, one for each channel.
     Export(recordings::ExportArgs),
+    /// A recording as one page for a browser: arm, hand and object in 3D, time line, plots; it needs no network.
+    View(view::ViewArgs),
     /// One self-contained HTML page of all the experiments in a directory.
     Report(report::ReportArgs),
     /// The scenes that the program holds, and the schema of scene files.
@@ -279,6 +283,7 @@ fn carry_out(command: Command, line: &str) -> anyhow::Result<u8> {
         Command::Reproduce(args) => reproduce::run(&args),
         Command::Info(args) => args.run(),
         Command::Export(args) => args.run(),
+        Command::View(args) => args.run(),
         Command::Report(args) => args.run(),
         Command::Scenes(args) => args.run(),
         Command::Check(args) => args.run(),

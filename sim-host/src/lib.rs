@@ -29,5 +29,6 @@ pub mod report;
 pub mod scenario;
 pub mod serve;
 pub mod solid;
+pub mod view;
 pub mod wire;
 pub mod world;

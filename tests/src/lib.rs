@@ -4,6 +4,7 @@
 //! * [`recording`]: a mission in the simulated world with all that crossed the wire, to be played to a rig.
 //! * [`emulator`]: the firmware image of the emulated board, running.
 //! * [`eavesdropper`]: who only listens, and computes the digest from what was on the wire.
+//! * [`browser`]: a headless Chromium, driven through its DevTools protocol.
 //! * [`can_bench`]: world and controller as processes on `vcan0`.
 //! * [`candump`]: the log of an independent witness on a CAN interface.
 //! * [`process`]: programs that run beside a test.
@@ -14,6 +15,7 @@
 //! A recorded mission costs seconds once; a rig plays it in a fraction of one and can be cloned at any tick. So a fault
 //! can be injected into every phase.
 
+pub mod browser;
 pub mod can_bench;
 pub mod candump;
 pub mod eavesdropper;

@@ -1,11 +1,12 @@
 //! `cargo xtask`: the same commands for people and for CI. Here: the command line. [`setup`]: what the commands need
 //! from the machine. [`lint`], [`tests`]: what must be green before a change lands. [`vcan`]: a CAN interface for any command.
-//! [`cross`]: firmware images. [`mod@bench`]: what a pose update costs. [`cargo`]: calls of cargo.
+//! [`page`]: the script of the replay page. [`cross`]: firmware images. [`mod@bench`]: what a pose update costs. [`cargo`]: calls of cargo.
 
 mod bench;
 mod cargo;
 mod cross;
 mod lint;
+mod page;
 mod setup;
 mod tests;
 mod vcan;
@@ -51,6 +52,10 @@ enum Task {
     },
     /// Formatting, clippy and documentation, warnings as errors.
     Lint,
+    /// Bundle the script of the replay page from sim-host/view (needs Node, which nothing else does).
+    Page,
+    /// Make the README's picture, docs/replay.png, from a run recorded now.
+    Picture,
     /// Repeat the long tests on a CAN interface: world, times and troubles by seed. A failure prints the line that
     /// repeats it.
     Soak {
@@ -98,6 +103,8 @@ fn main() -> ExitCode {
         Task::RunIgnored { counts, binaries } => ("run-ignored", tests::run_ignored(&counts, &binaries)),
         Task::Cross { no_run } => ("cross", cross::run(no_run)),
         Task::Lint => ("lint", lint::run()),
+        Task::Page => ("page", page::script()),
+        Task::Picture => ("picture", page::picture()),
         Task::Soak { seed, count } => ("soak", tests::soak(seed, count)),
         Task::Vcan { timeout, quiet, command } => {
             return vcan::main(&command, vcan::Options { limit: Duration::from_secs(timeout), quiet });

@@ -80,6 +80,16 @@ pub const PYTHON: &[Need] = &[
 /// For counting instructions.
 pub const BENCH: &[Need] = &[row("counting instructions", Probe::Program("valgrind"), Source::Debian(&["valgrind"]))];
 
+/// For tests of pages.
+pub const BROWSER: &[Need] =
+    &[row("a browser for tests of pages", Probe::Program("chromium"), Source::Debian(&["chromium"]))];
+
+/// For bundling the script of the replay page.
+pub const PAGE: &[Need] = &[
+    row("bundling the page's script", Probe::Program("node"), Source::Debian(&["nodejs"])),
+    row("its libraries", Probe::Program("npm"), Source::Debian(&["npm"])),
+];
+
 /// For building firmware images where rustup cannot add their target.
 pub const CROSS: &[Need] = &[
     row("a Rust with source", Probe::File("/usr/bin/rustc"), Source::Debian(&["rustc-web", "cargo-web"])),
@@ -94,7 +104,7 @@ pub const CROSS: &[Need] = &[
 /// # Errors
 /// As [`need`].
 pub fn everything() -> anyhow::Result<()> {
-    need(&[LINT, CAN, PYTHON])?;
+    need(&[LINT, CAN, PYTHON, BROWSER])?;
     python::environment()?;
     if !vcan::own_kernel_has_can() {
         need(&[USER_MODE_LINUX])?;

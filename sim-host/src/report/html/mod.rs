@@ -19,6 +19,9 @@ mod table;
 mod tests;
 mod trials;
 
+pub use colour::CIVIDIS;
+pub use page::PALETTE;
+
 use comparison::Comparison;
 use input::Inputs;
 use page::Section;

@@ -3,6 +3,9 @@
 use super::svg;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+/// The colours of all pages: style sheet.
+pub const PALETTE: &str = include_str!("palette.css");
+
 /// A part of the page, or only its name if there is nothing for it.
 pub struct Section {
     id: &'static str,
@@ -26,7 +29,7 @@ pub fn page(intro: &Markup, key_figures: &Markup, sections: &[Section]) -> Marku
             head {
                 (PreEscaped("<meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><meta name=\"color-scheme\" content=\"light dark\"/>"))
                 title { "Tactus: results" }
-                style { (PreEscaped(include_str!("style.css"))) }
+                style { (PreEscaped(PALETTE)) (PreEscaped(include_str!("style.css"))) }
             }
             body {
                 (svg::hatches())
