@@ -203,6 +203,8 @@ pub enum FaultReason {
     SchemaMismatch,
     /// The host did not answer a request in time.
     HostSlow,
+    /// Set-up message that asks for an optimiser which is not compiled into this image.
+    NotInImage,
 }
 
 /// How a mission ended.

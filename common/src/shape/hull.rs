@@ -146,6 +146,29 @@ impl Hull {
         Ok(hull)
     }
 
+    /// An upright prism over a regular polygon of so many sides, a corner of it on the x axis: the distance of its corners
+    /// from its axis and half its height, metres.
+    ///
+    /// # Errors
+    /// As [`Self::new`]: too few or too many sides, or lengths that make no body.
+    pub fn regular_prism(sides: u8, radius_m: f32, half_height_m: f32) -> Result<Self, HullFault> {
+        const MOST: u8 = HULL_CORNERS_MAX as u8 / 2;
+        if !(3..=MOST).contains(&sides) {
+            return Err(HullFault::Corners);
+        }
+        let corner = |i: u8| {
+            let (s, c) = libm::sincosf(TAU * f32::from(i % sides) / f32::from(sides));
+            [radius_m * c, radius_m * s, if i < sides { -half_height_m } else { half_height_m }]
+        };
+        let corners_m: Vec<[f32; 3], HULL_CORNERS_MAX> = (0..2 * sides).map(corner).collect();
+        let side = |i: u8| [i, (i + 1) % sides, (i + 1) % sides + sides, i + sides];
+        let around: Vec<[u8; 4], { MOST as usize }> = (0..sides).map(side).collect();
+        let lower: Vec<u8, { MOST as usize }> = (0..sides).rev().collect();
+        let upper: Vec<u8, { MOST as usize }> = (sides..2 * sides).collect();
+        let ends = [lower.as_slice(), upper.as_slice()];
+        Self::new(&corners_m, around.iter().map(<[u8; 4]>::as_slice).chain(ends))
+    }
+
     /// The corners, metres.
     pub fn corners_m(&self) -> &[[f32; 3]] {
         self.corners_m.get(..usize::from(self.corner_count)).unwrap_or(&[])

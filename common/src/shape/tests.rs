@@ -23,16 +23,7 @@ const TIP: Prism = Prism::new(
 );
 
 fn regular(n: u8, radius_m: f32, half_height_m: f32) -> ObjectShape {
-    let corner = |i: u8, z: f32| {
-        let (s, c) = libm::sincosf(core::f32::consts::TAU * f32::from(i) / f32::from(n));
-        [radius_m * c, radius_m * s, z]
-    };
-    let corners: List<_> =
-        (0..n).map(|i| corner(i, -half_height_m)).chain((0..n).map(|i| corner(i, half_height_m))).collect();
-    let mut faces: List<List<u8>> = (0..n).map(|i| std::vec![i, (i + 1) % n, n + (i + 1) % n, n + i]).collect();
-    faces.push((0..n).rev().collect());
-    faces.push((n..2 * n).collect());
-    ObjectShape::Convex(Hull::new(&corners, faces.iter().map(List::as_slice)).unwrap())
+    ObjectShape::Convex(Hull::regular_prism(n, radius_m, half_height_m).unwrap())
 }
 
 fn box_hull([a, b, c]: [f32; 3]) -> ObjectShape {

@@ -78,6 +78,19 @@ impl Default for Tolerance {
     }
 }
 
+impl Tolerance {
+    /// What a grasp of this shape forgives: a turn by which its farthest point moves as far as the box's does.
+    pub fn of(shape: &ObjectShape) -> Self {
+        let reach_m = |shape: &ObjectShape| {
+            let [x_m, y_m, _] = shape.half_extents_m();
+            libm::hypotf(x_m, y_m)
+        };
+        let of_box = Self::default();
+        let ratio = (reach_m(&ObjectShape::THESIS_BOX) / reach_m(shape)).max(1.0);
+        Self { yaw_rad: of_box.yaw_rad * ratio, ..of_box }
+    }
+}
+
 /// Whether the object can be grasped at the believed pose, and if not, why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Readiness {
@@ -331,6 +344,27 @@ mod tests {
         for (pose, _) in first.samples(&PRIOR.bounds()) {
             assert_eq!(pose.y_m, -0.1);
         }
+    }
+
+    #[test]
+    fn a_smaller_object_forgives_a_larger_turn_and_the_box_what_it_did() {
+        assert_eq!(Tolerance::of(&ObjectShape::THESIS_BOX), Tolerance::default());
+        let small = Tolerance::of(&ObjectShape::Cuboid { half_extents_m: [0.03, 0.03, 0.15] });
+        assert!((small.yaw_rad.to_degrees() - 3.95).abs() < 0.02 && small.position_m == 3e-3, "{small:?}");
+        let large = Tolerance::of(&ObjectShape::Cuboid { half_extents_m: [0.3, 0.1, 0.1] });
+        assert_eq!(large, Tolerance::default());
+    }
+
+    #[test]
+    fn what_looks_alike_is_not_searched_twice_and_a_round_thing_has_no_yaw() {
+        let wide = Interval { x_m: 0.05, y_m: 0.05, phi_rad: 3.0 };
+        let width = |shape: &ObjectShape| Prior::new(&PlanarPose::default(), &wide, shape).interval.phi_rad;
+        assert_eq!(width(&ObjectShape::THESIS_BOX), core::f32::consts::FRAC_PI_2);
+        assert_eq!(width(&ObjectShape::Cuboid { half_extents_m: [0.1; 3] }), core::f32::consts::FRAC_PI_4);
+        let round = ObjectShape::Cylinder { radius_m: 0.05, half_height_m: 0.1 };
+        assert_eq!(width(&round), 0.0);
+        let prior = Prior::new(&PlanarPose::default(), &wide, &round);
+        assert_eq!((prior.interval.dof(), Belief::from_prior(&prior).unknown()), (2, 2));
     }
 
     #[test]

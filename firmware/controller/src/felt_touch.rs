@@ -235,6 +235,11 @@ impl FeltTouches {
         self.keep(touch);
     }
 
+    /// The touch under way is not kept: not all that it felt was the object.
+    pub(crate) fn discard(&mut self) {
+        self.recording = None;
+    }
+
     /// The hand has come down on something: nothing closes. Nothing is kept without sensors that tell.
     pub(crate) fn landed(
         &mut self,

@@ -14,6 +14,7 @@ mod grasp;
 mod grip;
 mod hand;
 mod knowledge;
+mod obstructed;
 mod recover;
 mod tools;
 mod trial;
@@ -223,7 +224,9 @@ impl Mission {
         match &mut self.doing {
             Doing::Nothing => Some(self.choose()),
             Doing::Choosing => {
-                self.chooser.step(&mut Work::PER_TICK.clone())?;
+                let work = &mut Work::PER_TICK.clone();
+                self.chooser.step(work)?;
+                self.chooser.clear_of(&know.setup.obstacles, &know.belief.pose(), work)?;
                 Some(self.ask_touch(0, RefusalReason::NoPath, tools))
             }
             Doing::AskingTouch { rank } => {
@@ -356,7 +359,7 @@ impl Mission {
     fn updated(&mut self, tools: &mut Tools) -> Doing {
         let know = &mut self.knowledge;
         know.belief.clone_from(self.update.belief());
-        let readiness = know.belief.readiness(&Tolerance::default());
+        let readiness = know.belief.readiness(&Tolerance::of(&know.setup.shape));
         let spent = self.touches >= know.setup.trials_max;
         let explained = self.update.explains(know.felt.touches());
         let confident = explained

@@ -440,20 +440,3 @@ impl ArmSim {
         }
     }
 }
-
-/// An upright hexagonal prism, so far from flat to flat (half) and so high (half), metres; a corner lies on its x axis.
-pub fn hexagonal_prism(half_width_m: f32, half_height_m: f32) -> ObjectShape {
-    let radius_m = half_width_m / libm::cosf(core::f32::consts::FRAC_PI_6);
-    let corner = |i: u8| {
-        let (s, c) = libm::sincosf(f32::from(i % 6) * core::f32::consts::FRAC_PI_3);
-        [radius_m * c, radius_m * s, if i < 6 { -half_height_m } else { half_height_m }]
-    };
-    let corners_m: [[f32; 3]; 12] = core::array::from_fn(|i| corner(i as u8));
-    let sides: [[u8; 4]; 6] = core::array::from_fn(|i| {
-        let (here, next) = (i as u8, (i as u8 + 1) % 6);
-        [here, next, next + 6, here + 6]
-    });
-    let ends: [[u8; 6]; 2] = [[5, 4, 3, 2, 1, 0], [6, 7, 8, 9, 10, 11]];
-    let faces = sides.iter().map(|side| side.as_slice()).chain(ends.iter().map(|end| end.as_slice()));
-    ObjectShape::Convex(tactus_common::shape::Hull::new(&corners_m, faces).expect("a closed convex polyhedron"))
-}

@@ -21,7 +21,7 @@
 #include <stdint.h>
 
 /// Version of this interface: it grows by one whenever a struct, a constant or a function changes its meaning.
-#define TACTUS_ABI_VERSION 2
+#define TACTUS_ABI_VERSION 3
 
 /// Bytes that are enough for a controller on every target; `tactus_controller_size` says how many one takes here.
 #define TACTUS_CONTROLLER_SIZE 53248
@@ -337,6 +337,8 @@ enum TactusFault
     TACTUS_FAULT_SCHEMA_MISMATCH = 7,
     /// A request was not answered within 10 s.
     TACTUS_FAULT_HOST_SLOW = 8,
+    /// The mission asks for what is not compiled in; cannot happen with this library.
+    TACTUS_FAULT_NOT_IN_IMAGE = 9,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

@@ -23,7 +23,7 @@ pub mod rollout;
 pub mod setup;
 
 /// Version of this interface: it grows by one whenever a struct, a constant or a function changes its meaning.
-pub const TACTUS_ABI_VERSION: u32 = 2;
+pub const TACTUS_ABI_VERSION: u32 = 3;
 
 /// `TACTUS_ABI_VERSION` of the library that is linked; compare it with the header's before anything else.
 #[unsafe(no_mangle)]

@@ -142,6 +142,8 @@ pub enum TactusFault {
     SchemaMismatch = 7,
     /// A request was not answered within 10 s.
     HostSlow = 8,
+    /// The mission asks for what is not compiled in; cannot happen with this library.
+    NotInImage = 9,
 }
 
 /// How a mission ended, and why.
@@ -195,6 +197,7 @@ impl From<Option<Outcome>> for TactusOutcome {
                     FaultReason::BadSetup => (TactusFault::BadSetup, u8::MAX),
                     FaultReason::SchemaMismatch => (TactusFault::SchemaMismatch, u8::MAX),
                     FaultReason::HostSlow => (TactusFault::HostSlow, u8::MAX),
+                    FaultReason::NotInImage => (TactusFault::NotInImage, u8::MAX),
                 };
                 Self { end: TactusEnd::Fault, fault, joint, ..Self::NOT_YET }
             }

@@ -30,7 +30,7 @@ pub fn search(
     mut evaluate: impl FnMut(&PlanarPose) -> Evaluation,
 ) -> Searched {
     let started = Instant::now();
-    let mut optimiser = AnyOptimiser::new(method, start, bounds, options);
+    let mut optimiser = AnyOptimiser::new(method, start, bounds, options).expect("the host has all optimisers");
     let (found, reason) = loop {
         match optimiser.ask() {
             Ask::Evaluate(pose) => optimiser.tell(&evaluate(&pose)),

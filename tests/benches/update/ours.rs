@@ -25,7 +25,7 @@ pub fn all() -> Vec<Contender> {
     let searches = Method::ALL.map(|method| Contender {
         origin: ORIGIN,
         name: method.name(),
-        bytes: Some(method.size()),
+        bytes: method.size(),
         note: "",
         update: Box::new(move |problem, budget| search(method, problem, budget)),
     });
@@ -43,7 +43,8 @@ fn search(method: Method, problem: &Problem, budget: u16) -> Outcome {
     let error = problem.error();
     let options = SearchOptions { evaluations_max: budget, ..SearchOptions::default() };
     let guess = problem.prior.guess;
-    let mut search = AnyOptimiser::new(method, &guess, &problem.prior.bounds(), &options);
+    let mut search =
+        AnyOptimiser::new(method, &guess, &problem.prior.bounds(), &options).expect("the host has all optimisers");
     let found = carry_through(&mut search, |pose| error.evaluate(pose));
     Outcome { pose: found.map_or(guess, |(found, _)| found.pose), evaluations: u32::from(search.evaluations()) }
 }

@@ -15,20 +15,6 @@ fn box_corners(half: [f32; 3]) -> List<[f32; 3]> {
     (0..8).map(|i| [side(0, i), side(1, i), side(2, i)]).collect()
 }
 
-/// An upright prism over a regular polygon.
-fn regular(n: u8, radius_m: f32, half_height_m: f32) -> Result<Hull, HullFault> {
-    let corner = |i: u8, z: f32| {
-        let (s, c) = libm::sincosf(TAU * f32::from(i) / f32::from(n));
-        [radius_m * c, radius_m * s, z]
-    };
-    let corners: List<_> =
-        (0..n).map(|i| corner(i, -half_height_m)).chain((0..n).map(|i| corner(i, half_height_m))).collect();
-    let mut faces: List<List<u8>> = (0..n).map(|i| std::vec![i, (i + 1) % n, n + (i + 1) % n, n + i]).collect();
-    faces.push((0..n).rev().collect());
-    faces.push((n..2 * n).collect());
-    Hull::new(&corners, faces.iter().map(List::as_slice))
-}
-
 fn over_the_wire(hull: &Hull) -> Hull {
     let mut buffer = [0; 512];
     let bytes = postcard::to_slice(hull, &mut buffer).unwrap();
@@ -50,7 +36,7 @@ fn a_box_is_a_hull_with_its_extents_edges_and_symmetry() {
 #[test]
 fn a_prism_repeats_after_the_turn_from_one_side_to_the_next() {
     for n in 3..=12 {
-        let hull = regular(n, 0.05, 0.075).unwrap();
+        let hull = Hull::regular_prism(n, 0.05, 0.075).unwrap();
         assert!((hull.yaw_symmetry_rad() - TAU / f32::from(n)).abs() < 1e-6, "{n}");
     }
     let square = Hull::new(&box_corners([0.04, 0.04, 0.1]), BOX_FACES).unwrap();
@@ -63,7 +49,7 @@ fn a_prism_repeats_after_the_turn_from_one_side_to_the_next() {
 #[test]
 fn a_hull_comes_back_from_the_wire_as_it_was_and_what_is_none_is_not_valid() {
     for n in 3..=12 {
-        let hull = regular(n, 0.05, 0.075).unwrap();
+        let hull = Hull::regular_prism(n, 0.05, 0.075).unwrap();
         assert_eq!(over_the_wire(&hull), hull);
     }
     assert!(!over_the_wire(&Hull::NONE).is_valid());
@@ -95,7 +81,7 @@ fn what_is_no_closed_convex_body_within_the_bounds_is_refused_by_reason() {
     let mut lonely = corners.clone();
     lonely.push([0.0; 3]);
     assert_eq!(of(&lonely, &BOX_FACES), HullFault::NotClosed { face: 0 });
-    assert_eq!(regular(13, 0.05, 0.05).unwrap_err(), HullFault::Corners);
+    assert_eq!(Hull::regular_prism(13, 0.05, 0.05).unwrap_err(), HullFault::Corners);
 }
 
 proptest! {

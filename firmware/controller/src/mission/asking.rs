@@ -1,10 +1,12 @@
 //! What the mission asks of the host, and what it does with the answers.
 
 use super::enquiry::{Enquiry, HostSlow};
-use super::grasp::grasp_plan;
-use super::{Doing, Mission, Tools, recover};
+use super::grasp::{GraspPlan, HALF_CLOSED_RAD, grasp_plan};
+use super::{Doing, Mission, Tools, obstructed, recover};
+use tactus_common::limits::FINGERS;
 use tactus_common::message::{EventKind, FailureReason, FaultReason, PlanRequest, Preshape, Purpose, RefusalReason};
 use tactus_common::pose::PlanarPose;
+use tactus_common::robot::hand::HandAngles;
 
 impl Mission {
     /// A plan request with what every one holds.
@@ -29,7 +31,7 @@ impl Mission {
 
     /// Asks for the way to this grasp; `refusal` is why the one before was none.
     pub(super) fn ask_grasp(&mut self, variant: u8, refusal: RefusalReason, tools: &mut Tools) -> Doing {
-        let Some(plan) = grasp_plan(variant, &self.knowledge.setup.shape) else {
+        let Some(plan) = self.grasp_of_rank(variant) else {
             return self.fail(FailureReason::NoPlan(refusal));
         };
         let displacement_m = self.knowledge.displacement_m();
@@ -37,6 +39,25 @@ impl Mission {
         let request = self.request(Purpose::Grasp, tools);
         self.ask(PlanRequest { placement, preshape, displacement_m, ..request }, tools);
         Doing::AskingGrasp { variant, plan }
+    }
+
+    /// The grasps with those last in which the hand would meet an obstacle, open or half closed.
+    fn grasp_of_rank(&self, rank: u8) -> Option<GraspPlan> {
+        let know = &self.knowledge;
+        let (shape, obstacles) = (&know.setup.shape, || know.setup.obstacles.iter().flatten());
+        let is_obstructed = |plan: &GraspPlan| {
+            let world_from_hand = plan.placement.world_from_hand(&know.belief.pose(), shape);
+            [plan.preshape.inner_rad, [HALF_CLOSED_RAD; FINGERS]].into_iter().any(|inner_rad| {
+                let angles = HandAngles::engaged(inner_rad, plan.preshape.spread_rad);
+                obstructed::meets(obstacles(), &world_from_hand, &angles)
+            })
+        };
+        let all = || (0..).map_while(|variant| grasp_plan(variant, shape));
+        if obstacles().next().is_none() {
+            return all().nth(usize::from(rank));
+        }
+        let clear = all().filter(|plan| !is_obstructed(plan));
+        clear.chain(all().filter(is_obstructed)).nth(usize::from(rank))
     }
 
     /// The object is held: asks for the way to its goal.

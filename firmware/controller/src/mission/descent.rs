@@ -24,7 +24,7 @@ enum Step {
     /// Comes down.
     Descend,
     /// Felt something on the way down; comes to a stop.
-    Landing,
+    Landing { on_object: bool },
     /// Stands below; lets vibration die.
     SettleBelow { left: u32 },
 }
@@ -38,8 +38,11 @@ pub enum DescentEnd {
     Stuck(FaultReason),
     /// The hand is down, nothing was felt, contact detection starts afresh.
     Down,
-    /// Something was felt on the way and noted as evidence; the hand stands.
-    Landed,
+    /// Something was felt on the way; the hand stands.
+    Landed {
+        /// It is noted as evidence: no obstacle may have been what was felt.
+        on_object: bool,
+    },
 }
 
 /// A descent under way; its trajectory has just been loaded.
@@ -62,9 +65,9 @@ impl Descent {
                 if tools.executor.motion() == Motion::Travelling && tools.felt.knocked.contains(&true) =>
             {
                 // The object is not where even the planner's margin allows for: stop, and take it as evidence.
-                note_landing(tools.felt.knocked, false, know, tools);
+                let on_object = note_landing(tools.felt.knocked, false, know, tools);
                 tools.executor.stop();
-                Step::Landing
+                Step::Landing { on_object }
             }
             Step::Approach { waited } => {
                 let shaped = hand::preshape(&self.preshape, tools);
@@ -84,14 +87,16 @@ impl Descent {
             }
             Step::SettleAbove { left } => Step::SettleAbove { left: left - 1 },
             Step::Descend if tools.felt.any() => {
-                note_landing(tools.felt.fingers, tools.felt.palm, know, tools);
+                let on_object = note_landing(tools.felt.fingers, tools.felt.palm, know, tools);
                 tools.executor.stop();
-                Step::Landing
+                Step::Landing { on_object }
             }
             Step::Descend if tools.executor.at_end() => Step::SettleBelow { left: SETTLE_TICKS },
             Step::Descend => Step::Descend,
-            Step::Landing if tools.executor.motion() == Motion::Holding => return DescentEnd::Landed,
-            Step::Landing => Step::Landing,
+            Step::Landing { on_object } if tools.executor.motion() == Motion::Holding => {
+                return DescentEnd::Landed { on_object };
+            }
+            Step::Landing { on_object } => Step::Landing { on_object },
             // The baselines stay those of the free hand above: a finger that came to rest against the object must not
             // take that for nothing.
             Step::SettleBelow { left: 0 } => return DescentEnd::Down,
@@ -101,18 +106,20 @@ impl Descent {
     }
 }
 
-/// What felt something on the way down touches; the rest of the hand is free.
-fn note_landing(fingers: [bool; FINGERS], palm: bool, know: &mut Knowledge, tools: &mut Tools) {
+/// What felt something on the way down touches; the rest of the hand is free. `false` if an obstacle may have been among it.
+fn note_landing(fingers: [bool; FINGERS], palm: bool, know: &mut Knowledge, tools: &mut Tools) -> bool {
+    let mut on_object = true;
     let (world_from_hand, angles) = hand::measured(tools.readings);
     // A full store drops the newest and counts it; the touch still counts with what it has.
     let _ = know.store.add_free(&world_from_hand, &angles, fingers.map(|f| !f));
     for f in (0..FINGERS).filter(|f| fingers[*f]) {
-        let _ = know.store.add_contact(&world_from_hand, &angles, Toucher::Finger(f), ContactKind::Landing);
+        on_object &= know.note_contact(&world_from_hand, &angles, Toucher::Finger(f), ContactKind::Landing);
         let inner_rad = angles.inner_rad[f];
         tools.out.event(EventKind::Contact { finger: f as u8, inner_rad, descending: true });
     }
     if palm {
-        let _ = know.store.add_contact(&world_from_hand, &angles, Toucher::Palm, ContactKind::Landing);
+        on_object &= know.note_contact(&world_from_hand, &angles, Toucher::Palm, ContactKind::Landing);
         tools.out.event(EventKind::Contact { finger: FINGERS as u8, inner_rad: 0.0, descending: true });
     }
+    on_object
 }

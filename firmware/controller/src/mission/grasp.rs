@@ -15,6 +15,8 @@ use tactus_common::shape::ObjectShape;
 const HALF_LENGTH_MAX_M: f32 = 0.09;
 /// Inner-link angle with which the hand comes down, radians.
 const OPEN_RAD: f32 = 0.25;
+/// Inner-link angle at which a closing finger is well on its way and nothing of usual width is reached, radians.
+pub(super) const HALF_CLOSED_RAD: f32 = 0.6;
 /// A finger that comes this far has missed the object, radians.
 const CLOSED_RAD: f32 = 1.6;
 /// Ticks to build up the grip: 0.4 s.
@@ -90,7 +92,7 @@ impl Grasp {
             Step::Descend(descent) => match descent.step(know, tools) {
                 DescentEnd::NotYet => None,
                 DescentEnd::Stuck(reason) => return GraspEnd::Stuck(reason),
-                DescentEnd::Landed => Some(Step::Withdraw(Withdraw::at_once(tools))),
+                DescentEnd::Landed { .. } => Some(Step::Withdraw(Withdraw::at_once(tools))),
                 DescentEnd::Down => Some(Step::Close(Closing::new([true; FINGERS], CLOSED_RAD))),
             },
             Step::Close(closing) => {

@@ -1,14 +1,17 @@
 //! What one mission was told and has learnt.
 
+use super::obstructed::may_have_touched;
 use crate::belief::{Belief, Prior};
-use crate::evidence::EvidenceStore;
+use crate::evidence::{ContactKind, EvidenceStore, Toucher};
 use crate::felt_touch::FeltTouches;
 use crate::touch::TouchHistory;
 use crate::update::UpdateConfig;
+use nalgebra::Isometry3;
 use tactus_common::limits::OBSTACLES_MAX;
 use tactus_common::message::{FaultReason, SCHEMA_VERSION, Setup};
 use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
+use tactus_common::robot::hand::HandAngles;
 use tactus_common::shape::ObjectShape;
 
 /// Lengths (metres), angles (radians) and masses (kilograms) of a set-up beyond this make no sense on a table.
@@ -68,7 +71,8 @@ impl Knowledge {
     /// Takes what a set-up tells, and forgets the rest.
     ///
     /// # Errors
-    /// [`FaultReason::SchemaMismatch`], or [`FaultReason::BadSetup`] for values that make no sense; nothing has changed
+    /// [`FaultReason::SchemaMismatch`], [`FaultReason::NotInImage`] for an optimiser that this image lacks, or
+    /// [`FaultReason::BadSetup`] for values that make no sense; nothing has changed
     /// then.
     pub fn begin(&mut self, setup: &Setup) -> Result<(), FaultReason> {
         check(setup)?;
@@ -86,6 +90,23 @@ impl Knowledge {
         self.store.begin(self.setup.shape.top_height_m());
         self.felt.forget();
         self.history = TouchHistory::default();
+    }
+
+    /// Records that `toucher` felt the object; `false` if it may have been an obstacle: then it tells nothing about the object
+    /// and is not kept.
+    pub fn note_contact(
+        &mut self,
+        world_from_hand: &Isometry3<f32>,
+        angles: &HandAngles,
+        toucher: Toucher,
+        kind: ContactKind,
+    ) -> bool {
+        if may_have_touched(self.setup.obstacles.iter().flatten(), world_from_hand, angles, toucher) {
+            return false;
+        }
+        // A full store drops the newest and counts it; the touch still counts with what it has.
+        let _ = self.store.add_contact(world_from_hand, angles, toucher, kind);
+        true
     }
 
     /// Displacement of the object that remains, metres.
@@ -106,12 +127,17 @@ impl Knowledge {
 /// Whether a set-up makes sense.
 ///
 /// # Errors
-/// [`FaultReason::SchemaMismatch`], or [`FaultReason::BadSetup`] for values that make no sense.
+/// [`FaultReason::SchemaMismatch`], [`FaultReason::NotInImage`] for an optimiser that this image lacks, or
+/// [`FaultReason::BadSetup`] for values that make no sense.
 pub fn check(setup: &Setup) -> Result<(), FaultReason> {
     if u64::from_le_bytes(setup.schema_version) != SCHEMA_VERSION {
         return Err(FaultReason::SchemaMismatch);
     }
-    if is_sound(setup) { Ok(()) } else { Err(FaultReason::BadSetup) }
+    if !is_sound(setup) {
+        return Err(FaultReason::BadSetup);
+    }
+    let is_built_in = UpdateConfig::of(&setup.method).is_some_and(|config| config.optimiser.is_built_in());
+    if is_built_in { Ok(()) } else { Err(FaultReason::NotInImage) }
 }
 
 /// Finite and of a size that a table has. Comparisons with a NaN are false.

@@ -42,6 +42,8 @@ pub struct Trial {
     step: Step,
     arm_q_rad: [f32; ARM_JOINTS],
     onset_inner_rad: [Option<f32>; FINGERS],
+    /// Which fingers an obstacle may have stopped.
+    on_obstacle: [bool; FINGERS],
 }
 
 impl Trial {
@@ -52,6 +54,7 @@ impl Trial {
             step: Step::Descend(Descent::new(plan.preshape())),
             arm_q_rad: [0.0; ARM_JOINTS],
             onset_inner_rad: [None; FINGERS],
+            on_obstacle: [false; FINGERS],
         }
     }
 
@@ -66,10 +69,12 @@ impl Trial {
             Step::Descend(descent) => match descent.step(know, tools) {
                 DescentEnd::NotYet => None,
                 DescentEnd::Stuck(reason) => return TrialEnd::Stuck(reason),
-                DescentEnd::Landed => {
-                    let (world_from_hand, angles) = hand::measured(tools.readings);
-                    let arm_q_rad = tools.readings.arm_q_rad;
-                    know.felt.landed(&self.plan, &world_from_hand, arm_q_rad, angles.inner_rad, tools.links);
+                DescentEnd::Landed { on_object } => {
+                    if on_object {
+                        let (world_from_hand, angles) = hand::measured(tools.readings);
+                        let arm_q_rad = tools.readings.arm_q_rad;
+                        know.felt.landed(&self.plan, &world_from_hand, arm_q_rad, angles.inner_rad, tools.links);
+                    }
                     Some(Step::Withdraw(Withdraw::at_once(tools)))
                 }
                 DescentEnd::Down => {
@@ -82,12 +87,19 @@ impl Trial {
                 }
             },
             Step::Close(closing) => {
-                let closed = closing.step(tools, |f, inner_rad, tools| note_contact(f, inner_rad, know, tools));
+                let on_obstacle = &mut self.on_obstacle;
+                let closed = closing.step(tools, |f, inner_rad, tools| {
+                    on_obstacle[f] |= !note_contact(f, inner_rad, know, tools);
+                });
                 know.felt.feel(tools.links);
+                if self.on_obstacle.contains(&true) {
+                    know.felt.discard();
+                }
                 if closed {
                     know.felt.end(tools.readings.inner_q_rad);
                     self.onset_inner_rad = closing.onset_inner_rad();
                     self.note_misses(know, tools);
+                    self.leave_out_obstacles();
                 }
                 closed.then_some(Step::Withdraw(Withdraw::OPEN_FIRST))
             }
@@ -104,6 +116,17 @@ impl Trial {
         TrialEnd::NotYet
     }
 
+    /// A finger that an obstacle may have stopped is, for what is made of this touch, one that did not close.
+    fn leave_out_obstacles(&mut self) {
+        for ((closes, onset), on_obstacle) in
+            self.plan.closes.iter_mut().zip(&mut self.onset_inner_rad).zip(self.on_obstacle)
+        {
+            if on_obstacle {
+                (*closes, *onset) = (false, None);
+            }
+        }
+    }
+
     /// Fingers that closed without feeling anything: their whole way is known to be free.
     fn note_misses(&self, know: &mut Knowledge, tools: &Tools) {
         let (world_from_hand, mut angles) = hand::measured(tools.readings);
@@ -117,11 +140,11 @@ impl Trial {
     }
 }
 
-/// Finger `f` begins to feel something: evidence.
-fn note_contact(f: usize, inner_rad: f32, know: &mut Knowledge, tools: &mut Tools) {
+/// Finger `f` begins to feel something: evidence, unless it may be an obstacle (`false`).
+fn note_contact(f: usize, inner_rad: f32, know: &mut Knowledge, tools: &mut Tools) -> bool {
     let (world_from_hand, angles) = hand::measured(tools.readings);
-    let _ = know.store.add_contact(&world_from_hand, &angles, Toucher::Finger(f), ContactKind::Closing);
     tools.out.event(EventKind::Contact { finger: f as u8, inner_rad, descending: false });
+    know.note_contact(&world_from_hand, &angles, Toucher::Finger(f), ContactKind::Closing)
 }
 
 #[cfg(test)]

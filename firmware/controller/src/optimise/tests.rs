@@ -181,7 +181,8 @@ impl Problem {
     }
 
     fn solve(&self, method: Method, options: &SearchOptions) -> (Found, StopReason, u16) {
-        let mut search = AnyOptimiser::new(method, &self.pose(self.start), &self.bounds(), options);
+        let mut search =
+            AnyOptimiser::new(method, &self.pose(self.start), &self.bounds(), options).expect("compiled in");
         let (found, reason) = carry_through(&mut search, |pose| self.evaluate(pose)).expect("an end");
         (found, reason, search.evaluations())
     }
@@ -223,7 +224,7 @@ fn optimisers_in_a_table() {
         }
     }
     for method in Method::ALL {
-        println!("{:24} {:5} bytes", method.name(), method.size());
+        println!("{:24} {:5} bytes", method.name(), method.size().unwrap_or(0));
     }
     println!("{:24} {:5} bytes", "any", size_of::<AnyOptimiser>());
 }
@@ -360,7 +361,8 @@ fn a_slope_that_deceives_from_the_start_is_named() {
     let problem = Problem::BOWL_2;
     for method in Method::ALL.into_iter().filter(|method| is_local(*method)) {
         let options = options(200, Gradient::Analytic);
-        let mut search = AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options);
+        let mut search =
+            AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options).expect("compiled in");
         let (found, reason) = carry_through(&mut search, |pose| {
             let mut evaluation = problem.evaluate(pose);
             if let Some(slope) = &mut evaluation.slope {
@@ -383,7 +385,8 @@ fn the_scale_of_the_error_does_not_matter() {
                 continue;
             }
             let options = options(800, Gradient::TwoSided);
-            let mut search = AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options);
+            let mut search =
+                AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options).expect("compiled in");
             let (found, reason) = carry_through(&mut search, |pose| {
                 let Evaluation { error, slope } = problem.evaluate(pose);
                 Evaluation { error: error * scale, slope }
@@ -401,7 +404,8 @@ fn local_methods_say_at_once_that_a_start_without_a_number_is_none_and_global_on
         for method in Method::ALL {
             let problem = Problem { has_slope: false, ..Problem::BOWL_2 };
             let mut search =
-                AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options(600, Gradient::Analytic));
+                AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options(600, Gradient::Analytic))
+                    .expect("compiled in");
             let (found, reason) = carry_through(&mut search, |pose| {
                 let near = problem.unit(pose)[0] < -0.3;
                 if near { Evaluation { error: bad, slope: None } } else { problem.evaluate(pose) }
@@ -415,7 +419,8 @@ fn local_methods_say_at_once_that_a_start_without_a_number_is_none_and_global_on
             }
             // Nowhere a number: said so, whatever the method.
             let mut search =
-                AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options(100, Gradient::Analytic));
+                AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options(100, Gradient::Analytic))
+                    .expect("compiled in");
             let (_, reason) = carry_through(&mut search, |_| Evaluation { error: bad, slope: None }).expect("an end");
             assert_eq!(reason, StopReason::NotEvaluable, "{}", method.name());
         }
@@ -426,7 +431,8 @@ fn local_methods_say_at_once_that_a_start_without_a_number_is_none_and_global_on
 fn division_finds_the_numbers_in_a_region_that_has_hardly_any() {
     let problem = Problem::BOWL_2;
     let mut search =
-        AnyOptimiser::new(Method::Direct, &problem.pose(START), &problem.bounds(), &options(600, Gradient::Analytic));
+        AnyOptimiser::new(Method::Direct, &problem.pose(START), &problem.bounds(), &options(600, Gradient::Analytic))
+            .expect("compiled in");
     let (found, _) = carry_through(&mut search, |pose| {
         let Evaluation { error, .. } = problem.evaluate(pose);
         Evaluation { error: if error < 4.0 { error } else { f32::NAN }, slope: None }
@@ -440,7 +446,8 @@ fn a_cliff_beside_the_minimum_keeps_no_method_from_it() {
     let problem = Problem::BOWL_2;
     for method in Method::ALL {
         let mut search =
-            AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options(800, Gradient::Analytic));
+            AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options(800, Gradient::Analytic))
+                .expect("compiled in");
         let (found, reason) = carry_through(&mut search, |pose| {
             let beyond = problem.unit(pose)[0] > 0.32;
             if beyond { Evaluation { error: f32::NAN, slope: None } } else { problem.evaluate(pose) }
@@ -456,7 +463,8 @@ fn the_first_error_below_the_goal_ends_the_search() {
     for method in Method::ALL {
         let problem = Problem::BOWL_2;
         let options = SearchOptions { goal_error: 10.0, ..options(500, Gradient::TwoSided) };
-        let mut search = AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options);
+        let mut search =
+            AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options).expect("compiled in");
         let mut below = 0;
         let (found, reason) = carry_through(&mut search, |pose| {
             let evaluation = problem.evaluate(pose);
@@ -473,7 +481,8 @@ fn the_first_error_below_the_goal_ends_the_search() {
 fn a_region_without_a_free_component_is_one_evaluation() {
     let bounds = Bounds::new(&GUESS, &Interval::default());
     for method in Method::ALL {
-        let mut search = AnyOptimiser::new(method, &PlanarPose::default(), &bounds, &SearchOptions::default());
+        let mut search =
+            AnyOptimiser::new(method, &PlanarPose::default(), &bounds, &SearchOptions::default()).expect("compiled in");
         let (found, reason) = carry_through(&mut search, |_| Evaluation { error: 3.0, slope: None }).expect("an end");
         assert_eq!((found.pose, reason, search.evaluations()), (GUESS, StopReason::Converged, 1), "{}", method.name());
     }
@@ -570,7 +579,7 @@ proptest! {
         };
         for method in Method::ALL {
             let start = PlanarPose::from_array(start);
-            let mut search = AnyOptimiser::new(method, &start, &bounds, &options);
+            let mut search = AnyOptimiser::new(method, &start, &bounds, &options).expect("compiled in");
             let (asked, _) = watched(&mut search, &bounds, &options, error);
             for (axis, half) in half.iter().enumerate() {
                 if *half == 0.0 {
@@ -578,7 +587,7 @@ proptest! {
                 }
             }
             // The same again is the same.
-            let mut again = AnyOptimiser::new(method, &start, &bounds, &options);
+            let mut again = AnyOptimiser::new(method, &start, &bounds, &options).expect("compiled in");
             prop_assert_eq!(asked, watched(&mut again, &bounds, &options, error).0);
         }
     }
@@ -590,7 +599,8 @@ fn the_seed_matters_to_the_random_methods_alone() {
     for method in Method::ALL {
         let path = |seed| {
             let options = SearchOptions { seed, ..options(60, Gradient::TwoSided) };
-            let mut search = AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options);
+            let mut search =
+                AnyOptimiser::new(method, &problem.pose(START), &problem.bounds(), &options).expect("compiled in");
             watched(&mut search, &problem.bounds(), &options, |pose| problem.evaluate(pose)).0
         };
         let is_random = matches!(method, Method::Annealing | Method::CmaEs);

@@ -84,7 +84,7 @@ fn turns_rad(shape: &ObjectShape) -> (f32, f32) {
 mod tests {
     use super::*;
     use crate::predict::{FingerPrediction, predict};
-    use crate::testing::hexagonal_prism;
+    use tactus_common::shape::Hull;
 
     const SHAPES: [ObjectShape; 8] = [
         ObjectShape::THESIS_BOX,
@@ -99,7 +99,8 @@ mod tests {
 
     #[test]
     fn aimed_well_every_closing_finger_touches_and_none_lands_whatever_the_shape() {
-        for shape in SHAPES.iter().copied().chain([hexagonal_prism(0.05, 0.075)]) {
+        let hexagonal_prism = Hull::regular_prism(6, 0.0577, 0.075).unwrap();
+        for shape in SHAPES.into_iter().chain([ObjectShape::Convex(hexagonal_prism)]) {
             for at in [PlanarPose::default(), PlanarPose::new(0.2, -0.1, 0.6)] {
                 for id in 0..CANDIDATES {
                     let plan = candidate(id, &shape).expect("listed");

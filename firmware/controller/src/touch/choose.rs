@@ -5,6 +5,7 @@
 //! grasp, so that knowing better than needed earns nothing; plus the entropy of whether each finger touches at all;
 //! less a price for fingers that would come down on the object, and for repeating a touch.
 
+use super::clear::Clearance;
 use super::{CANDIDATES, TouchPlan, candidate};
 use crate::belief::{Belief, Prior, SAMPLES_MAX};
 use crate::predict::{FingerPrediction, Predictor};
@@ -91,7 +92,7 @@ struct Tally {
 /// The choice under way. About 1.5 KiB.
 #[derive(Clone, Debug, Default)]
 pub struct Chooser {
-    shape: ObjectShape,
+    pub(super) shape: ObjectShape,
     believed: PlanarPose,
     samples: Vec<(PlanarPose, f32), SAMPLES_MAX>,
     /// Information of the belief in units of [`SCALE`].
@@ -99,12 +100,13 @@ pub struct Chooser {
     log_det_before: f32,
     /// How often each candidate was made from nearly here.
     repeats: [u8; CANDIDATES as usize],
-    ranked: RankedTouches,
+    pub(super) ranked: RankedTouches,
     id: u8,
     sample: usize,
     /// The prediction of this candidate at this sample has begun.
-    predicting: bool,
-    predictor: Predictor,
+    pub(super) predicting: bool,
+    pub(super) predictor: Predictor,
+    pub(super) clearance: Clearance,
     tally: Tally,
 }
 
@@ -129,6 +131,7 @@ impl Chooser {
         }
         self.ranked.clear();
         (self.id, self.sample, self.predicting) = (0, 0, false);
+        self.clearance = Clearance::default();
         self.tally = Tally::default();
     }
 
@@ -140,6 +143,7 @@ impl Chooser {
             let _ = self.ranked.push(Choice { plan, gain: 0.0, landings: 0.0 });
         }
         self.id = CANDIDATES;
+        (self.predicting, self.clearance) = (false, Clearance::default());
     }
 
     /// What has been ranked: all candidates, the best first, once [`Self::step`] says so.

@@ -81,19 +81,22 @@ fn extent_m(hull: &Hull, axis: &Vector3<f32>) -> [f32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::hexagonal_prism;
     use core::f32::consts::{FRAC_PI_3, FRAC_PI_6};
     use nalgebra::{Isometry3, Point3};
     use tactus_common::robot::hand::{self, HandAngles};
     use tactus_common::robot::tables::PALM_FACE_Z_M;
     use tactus_common::robot::{HandLink, hand_prism};
 
+    fn hexagonal_prism() -> ObjectShape {
+        ObjectShape::Convex(Hull::regular_prism(6, 0.05 / libm::cosf(FRAC_PI_6), 0.075).unwrap())
+    }
+
     #[test]
     fn a_box_is_taken_across_its_narrower_side_and_a_hexagonal_prism_across_flats() {
         let deep = Footprint::of(&ObjectShape::Cuboid { half_extents_m: [0.03, 0.08, 0.05] });
         assert_eq!(deep.half_m, [0.08, 0.03]);
         assert_eq!(deep.place(PlanarPose::new(0.01, 0.0, 0.0)).phi_rad, FRAC_PI_2);
-        let hexagon = Footprint::of(&hexagonal_prism(0.05, 0.075));
+        let hexagon = Footprint::of(&hexagonal_prism());
         assert!((hexagon.half_m[1] - 0.05).abs() < 1e-5, "{hexagon:?}");
         // Its corners are at multiples of 60 degrees, so a flat's normal is half way between.
         let across_rad = hexagon.place(PlanarPose::default()).phi_rad + FRAC_PI_2;

@@ -2,6 +2,7 @@
 
 pub mod candidates;
 pub mod choose;
+mod clear;
 pub mod layout;
 #[cfg(test)]
 pub(crate) mod rehearse;

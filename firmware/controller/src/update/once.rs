@@ -79,7 +79,11 @@ impl Update {
             self.create_optimiser(evidence.touches);
             work.spend(GATHERING);
         }
-        let Some(optimiser) = &mut self.once.optimiser else { return };
+        let Some(optimiser) = &mut self.once.optimiser else {
+            // Not compiled in: the belief stays. A set-up that asks for it is refused before.
+            self.phase = Phase::Done;
+            return;
+        };
         let evaluation = match &mut self.once.evaluating {
             None => match optimiser.ask() {
                 Ask::Evaluate(pose) => {
@@ -114,7 +118,7 @@ impl Update {
     #[inline(never)]
     fn create_optimiser(&mut self, touches: &[FeltTouch]) {
         let (from, options) = (self.belief.pose(), self.config.search_options(touches.len()));
-        self.once.optimiser = Some(AnyOptimiser::new(self.config.optimiser, &from, &self.bounds, &options));
+        self.once.optimiser = AnyOptimiser::new(self.config.optimiser, &from, &self.bounds, &options);
     }
 
     fn begin_evaluation(
