@@ -2,10 +2,11 @@
 //!
 //! * [`format`]: the fields as they are written; [`schema`]: for editors. [`built_in`]: the scenes that the program holds.
 //! * [`shape`], [`mesh`], [`polyhedron`]: shapes from numbers and from mesh files.
-//! * [`mistake`]: what is wrong, with its line. [`account`]: what a scene is, in words.
+//! * `check`: which numbers make sense. [`mistake`]: what is wrong, with its line. [`account`]: what a scene is, in words.
 
 pub mod account;
 pub mod built_in;
+mod check;
 pub mod format;
 pub mod mesh;
 pub mod mistake;
@@ -122,39 +123,14 @@ impl Scenario {
 
     /// The scene that these fields describe.
     fn resolve(file: SceneFile, folder: &Path) -> Result<Self, Mistake> {
-        if file.robot_base_pose.is_some() {
-            let why = "cannot be set: the controller and the planner have the robot's base where common/models has it";
-            return Err(Mistake::new("robot_base_pose", why));
-        }
-        positive("table.size_m", &file.table.size_m, 10.0)?;
-        positive("table.friction", &[file.table.friction], 3.0)?;
+        check::numbers(&file)?;
         let object = &file.object;
-        within("object.mass_kg", &[object.mass_kg], [0.01, 10.0], "kg")?;
-        positive("object.friction", &[object.friction], 3.0)?;
-        finite("object.true_pose", &object.true_pose)?;
-        if let Some(guess) = &object.guess {
-            finite("object.guess", guess)?;
-        }
-        if let Some(interval) = &object.interval {
-            within("object.interval", interval, [0.0, 10.0], "m and rad")?;
-        }
-        finite("displacement_m", &file.displacement_m)?;
-        let NoiseScales { tactile, tip_torque, effort } = file.noise;
-        within("noise", &[tactile, tip_torque, effort], [0.0, 10.0], "")?;
-        let MismatchScales { friction, mass, size, robot, sensors, latency } = file.mismatch;
-        within("mismatch", &[friction, mass, size, robot, sensors, latency], [0.0, 2.0], "")?;
-        let Region { x_m, y_m, phi_rad } = file.trials;
-        for (field, range) in [("trials.x_m", x_m), ("trials.y_m", y_m), ("trials.phi_rad", phi_rad)] {
-            if !(range.iter().all(|v| v.is_finite()) && range[0] <= range[1]) {
-                return Err(Mistake::new(field, format!("{range:?}: expected two finite numbers, the smaller first")));
-            }
-        }
         let shape = shape::resolve("object", object.shape.as_ref(), object.size_m.as_ref(), folder)?;
         let others = others(&file, folder)?;
         let [x, y, phi] = object.true_pose;
         let scenario = Self {
-            name: one_line("name", file.name)?,
-            summary: one_line("summary", file.summary)?,
+            name: check::one_line("name", file.name)?,
+            summary: check::one_line("summary", file.summary)?,
             table: Table { size_m: file.table.size_m, friction: file.table.friction },
             object: Object {
                 shape,
@@ -188,7 +164,8 @@ impl Scenario {
         }
         let Region { x_m, y_m, .. } = self.trials;
         for k in [0, 1] {
-            on_table("trials", &PlanarPose::new(x_m[k], y_m[k], 0.0))?;
+            on_table("trials.x_m", &PlanarPose::new(x_m[k], 0.0, 0.0))?;
+            on_table("trials.y_m", &PlanarPose::new(0.0, y_m[k], 0.0))?;
         }
         Ok(())
     }
@@ -331,14 +308,14 @@ fn others(file: &SceneFile, folder: &Path) -> Result<Vec<Standing>, Mistake> {
     let mut others = Vec::new();
     for (index, free) in file.objects.iter().enumerate() {
         let name = format!("objects[{index}]");
-        within(&format!("{name}.mass_kg"), &[free.mass_kg], [0.01, 10.0], "kg")?;
-        finite(&format!("{name}.pose"), &free.pose)?;
+        check::within(&format!("{name}.mass_kg"), &[free.mass_kg], [0.01, 10.0], "kg")?;
+        check::finite(&format!("{name}.pose"), &free.pose)?;
         let shape = shape::resolve(&name, free.shape.as_ref(), free.size_m.as_ref(), folder)?;
         others.push(Standing { name, shape, pose: PlanarPose::from_array(free.pose), free_kg: Some(free.mass_kg) });
     }
     for (index, fixed) in file.obstacles.iter().enumerate() {
         let name = format!("obstacles[{index}]");
-        finite(&format!("{name}.pose"), &fixed.pose)?;
+        check::finite(&format!("{name}.pose"), &fixed.pose)?;
         let shape = shape::resolve(&name, fixed.shape.as_ref(), fixed.size_m.as_ref(), folder)?;
         others.push(Standing { name, shape, pose: PlanarPose::from_array(fixed.pose), free_kg: None });
     }
@@ -347,29 +324,6 @@ fn others(file: &SceneFile, folder: &Path) -> Result<Vec<Standing>, Mistake> {
         return Err(Mistake::new(extra.name.clone(), told));
     }
     Ok(others)
-}
-
-fn within(field: &str, values: &[f32], [min, max]: [f32; 2], unit: &str) -> Result<(), Mistake> {
-    let Some(bad) = values.iter().find(|v| !(min..=max).contains(*v)) else { return Ok(()) };
-    let above = if min > 0.0 { " above zero" } else { "" };
-    Err(Mistake::new(field, format!("{bad}: expected a finite number{above}, from {min} to {max} {unit}").trim_end()))
-}
-
-fn positive(field: &str, values: &[f32], max: f32) -> Result<(), Mistake> {
-    let Some(bad) = values.iter().find(|v| !(**v > 0.0 && **v <= max)) else { return Ok(()) };
-    Err(Mistake::new(field, format!("{bad}: expected a finite number above zero, at most {max}")))
-}
-
-fn finite(field: &str, values: &[f32]) -> Result<(), Mistake> {
-    let Some(bad) = values.iter().find(|v| !v.is_finite()) else { return Ok(()) };
-    Err(Mistake::new(field, format!("{bad}: expected a finite number")))
-}
-
-fn one_line(field: &str, text: String) -> Result<String, Mistake> {
-    if text.chars().any(char::is_control) || text.chars().count() > 200 {
-        return Err(Mistake::new(field, "expected one line of at most 200 characters"));
-    }
-    Ok(text)
 }
 
 #[cfg(test)]
