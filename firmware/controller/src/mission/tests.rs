@@ -11,6 +11,7 @@ use core::mem::size_of;
 use std::vec::Vec;
 use tactus_common::message::{PlanAnswer, PlanRequest, RolloutRequest, RolloutResult, SCHEMA_VERSION};
 use tactus_common::pose::{Interval, wrap};
+use tactus_common::shape::{ObjectShape, Obstacle};
 use tactus_common::trajectory::Trajectory;
 
 /// A touch takes 5,000 ticks at most on this bench; missions that take longer than this hang.
@@ -409,11 +410,14 @@ fn a_setup_of_another_schema_is_refused() {
 
 #[test]
 fn a_setup_that_makes_no_sense_is_refused_and_nothing_begins() {
-    let cases: [fn(&mut Setup); 18] = [
+    let cases: [fn(&mut Setup); 21] = [
+        |s| s.shape = ObjectShape::Cylinder { radius_m: 0.0, half_height_m: 0.1 },
+        |s| s.obstacles[3] = Some(Obstacle { shape: ObjectShape::Sphere { radius_m: -0.1 }, pose: s.guess }),
+        |s| s.obstacles[0] = Some(Obstacle { shape: s.shape, pose: PlanarPose::new(f32::NAN, 0.0, 0.0) }),
         |s| s.guess.x_m = 1e30,
         |s| s.interval.phi_rad = f32::MAX,
         |s| s.displacement_m[0] = -11.0,
-        |s| s.shape = tactus_common::shape::ObjectShape::Cuboid { half_extents_m: [0.1, 0.1, 1e20] },
+        |s| s.shape = ObjectShape::Cuboid { half_extents_m: [0.1, 0.1, 1e20] },
         |s| s.guess.x_m = f32::NAN,
         |s| s.guess.phi_rad = f32::INFINITY,
         |s| s.interval.x_m = -0.01,
@@ -424,10 +428,10 @@ fn a_setup_that_makes_no_sense_is_refused_and_nothing_begins() {
         |s| s.mass_kg = f32::NAN,
         |s| s.mass_kg = 10.1,
         |s| s.trials_max = 0,
-        |s| s.shape = tactus_common::shape::ObjectShape::Cuboid { half_extents_m: [0.1, 0.0, 0.1] },
-        |s| s.shape = tactus_common::shape::ObjectShape::Cuboid { half_extents_m: [0.1, f32::NAN, 0.1] },
-        |s| s.shape = tactus_common::shape::ObjectShape::Cuboid { half_extents_m: [0.1, 0.1, f32::INFINITY] },
-        |s| s.shape = tactus_common::shape::ObjectShape::Cuboid { half_extents_m: [-0.1, 0.1, 0.1] },
+        |s| s.shape = ObjectShape::Cuboid { half_extents_m: [0.1, 0.0, 0.1] },
+        |s| s.shape = ObjectShape::Cuboid { half_extents_m: [0.1, f32::NAN, 0.1] },
+        |s| s.shape = ObjectShape::Cuboid { half_extents_m: [0.1, 0.1, f32::INFINITY] },
+        |s| s.shape = ObjectShape::Cuboid { half_extents_m: [-0.1, 0.1, 0.1] },
     ];
     for (i, spoil) in cases.iter().enumerate() {
         let mut bad = setup();
@@ -447,7 +451,7 @@ fn setups_at_the_edge_of_sense_neither_panic_nor_hang() {
         |s| s.guess.phi_rad = -SETUP_MAX,
         |s| s.interval = Interval { x_m: SETUP_MAX, y_m: SETUP_MAX, phi_rad: SETUP_MAX },
         |s| s.interval = Interval::default(),
-        |s| s.shape = tactus_common::shape::ObjectShape::Cuboid { half_extents_m: [1e-20, SETUP_MAX, SETUP_MAX] },
+        |s| s.shape = ObjectShape::Cuboid { half_extents_m: [1e-20, SETUP_MAX, SETUP_MAX] },
     ];
     for spoil in cases {
         let mut odd = Setup { trials_max: 1, ..setup() };

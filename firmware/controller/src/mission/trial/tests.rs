@@ -12,6 +12,7 @@ use crate::touch::candidate;
 use std::vec::Vec;
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::arm;
+use tactus_common::shape::{ObjectShape, Obstacle};
 
 /// Longer than any touch.
 const TICKS_MAX: u32 = 20_000;
@@ -60,6 +61,21 @@ impl Rig {
     fn height_m(&self) -> f32 {
         arm::hand_pose(&self.desk.bench.q_rad).translation.z
     }
+}
+
+#[test]
+fn a_finger_that_a_known_obstacle_may_have_stopped_stands_still_and_is_no_evidence() {
+    let mut rig = Rig::new(0, &TRUTH);
+    // A slab whose outer side is the object's on the side of F3: what F3 feels may be either.
+    let shape = ObjectShape::Cuboid { half_extents_m: [0.1, 0.02, 0.1] };
+    let pose = TRUTH.compose(&PlanarPose::new(0.0, -0.03, 0.0));
+    rig.know.setup.obstacles[1] = Some(Obstacle { shape, pose });
+    let onsets = rig.until_over();
+    assert!(onsets[0].is_some() && onsets[1].is_some() && onsets[2].is_none(), "{onsets:?}");
+    assert_eq!(rig.trial.plan().closes, [true, true, false], "what is made of the touch leaves F3 out");
+    assert_eq!(rig.know.store.contacts().len(), 2);
+    let thumb = |e: &EventKind| matches!(e, EventKind::Contact { finger: 2, descending: false, .. });
+    assert!(rig.events.iter().any(thumb), "that it felt something is told all the same");
 }
 
 #[test]
