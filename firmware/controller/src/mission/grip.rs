@@ -9,10 +9,10 @@ const PAIR_NM: f32 = 0.7;
 /// Torque of F3, which stands against both.
 const SINGLE_NM: f32 = 1.1;
 /// What one step adds, as a share of the first grip.
-const STEP_SHARE: f32 = 0.12;
+const STEP_SHARE: f32 = 0.18;
 /// Most steps: F3 then pushes with 1.5 Nm, a third of its motor's continuous torque without losses (facts 2.4). A finger that has
 /// broken away hands three quarters of it, less friction, to its tip, whose sensor ends at 1 Nm.
-const STEPS_MAX: u8 = 3;
+const STEPS_MAX: u8 = 2;
 /// A fingertip torque from which on no step is added, Nm: the hand's own protection opens the finger at 1.14 Nm.
 const TIP_MAX_NM: f32 = 0.9 * TIP_TORQUE_RANGE_NM;
 
