@@ -350,7 +350,7 @@ impl Host {
                 self.end.digest = digest;
             }
             EventKind::Phase(phase) => self.phase = phase,
-            EventKind::Contact { .. } | EventKind::Confirmed(_) | EventKind::Refused(_) => {}
+            EventKind::Contact { .. } | EventKind::Confirmed(_) | EventKind::Refused(_) | EventKind::Slip { .. } => {}
         }
     }
 }

@@ -284,6 +284,16 @@ pub enum EventKind {
     Refused(RefusalReason),
     /// The mission ended.
     Finished(Outcome),
+    /// The object slips in the hand.
+    Slip {
+        /// The finger that feels it most: 0, 1, 2 = F1, F2, F3.
+        finger: u8,
+        /// How sure that is, 0.5 to 1.
+        sureness: f32,
+        /// What that finger is to push with from now on, newton-metres at its inner joint; as before, if no grip is left
+        /// to try and the object is brought back to where it stood.
+        grip_nm: f32,
+    },
 }
 
 /// The controller's digest of the run so far, sent with the end of the mission.

@@ -189,6 +189,7 @@ impl Controller {
         let mut tools = Tools {
             readings,
             felt,
+            images: &inputs.images,
             links: inputs.links,
             plan: inputs.plan,
             rollout: inputs.rollout,

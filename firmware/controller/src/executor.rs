@@ -12,6 +12,8 @@ use tactus_common::trajectory::{Sample, Trajectory, TrajectoryError};
 const RATE_SLOPE: f32 = 50.0;
 /// Slope of the path rate when nothing is urgent, 1/s.
 const RATE_SLOPE_GENTLE: f32 = 5.0;
+/// Slope of the path rate of a stop with a load that is hardly held, 1/s: 1.5 m/s^2 from 0.15 m/s.
+const RATE_SLOPE_LOADED: f32 = 10.0;
 /// Instants of the way back at which its rate is checked against the joints' limits.
 const RETURN_CHECKS: u8 = 32;
 /// Share of the limits that the way back uses.
@@ -58,6 +60,8 @@ pub enum Motion {
     Guarded,
     /// Is being stopped.
     Stopping,
+    /// Is being stopped with a load that is hardly held.
+    Pausing,
     /// Moves back to the beginning of the guarded part.
     Returning,
 }
@@ -70,6 +74,8 @@ pub struct Executor {
     path_s: f32,
     rate: f32,
     return_rate: f32,
+    /// Path time to which the way back leads.
+    return_to_s: f32,
     motion: Motion,
     reference: Sample,
 }
@@ -90,6 +96,7 @@ impl Executor {
             path_s: 0.0,
             rate: 0.0,
             return_rate: 1.0,
+            return_to_s: 0.0,
             motion: Motion::Holding,
             reference: still(q_rad),
         }
@@ -164,18 +171,33 @@ impl Executor {
         }
     }
 
+    /// Stops gently, in 0.1 s, with a load that is hardly held; [`Self::go_on`] may follow.
+    pub fn pause(&mut self) {
+        if matches!(self.motion, Motion::Travelling | Motion::Guarded) {
+            self.motion = Motion::Pausing;
+        }
+    }
+
+    /// Goes on from where the motion was stopped on its way forwards.
+    pub fn go_on(&mut self) {
+        if self.motion == Motion::Holding && self.path_s < self.trajectory.duration() {
+            self.motion = if self.path_s < self.guard_s { Motion::Travelling } else { Motion::Guarded };
+        }
+    }
+
     /// Goes back to the beginning of the guarded part (or of the trajectory), `rate` times as fast as it came, or as
     /// fast as the joints may.
     pub fn go_back(&mut self, rate: f32) {
         if self.motion == Motion::Holding {
             self.motion = Motion::Returning;
+            self.return_to_s = if self.path_s < self.guard_s { 0.0 } else { self.guard_s };
             self.return_rate = rate.min(self.rate_max());
         }
     }
 
     /// Largest rate at which the way back keeps to the joints' limits.
     fn rate_max(&self) -> f32 {
-        let start_s = if self.guard_s.is_finite() { self.guard_s } else { 0.0 };
+        let start_s = self.return_to_s;
         let span_s = self.path_s - start_s;
         let mut rate_max = f32::INFINITY;
         for i in 0..=RETURN_CHECKS {
@@ -193,7 +215,7 @@ impl Executor {
     /// The next reference, one tick on.
     pub fn tick(&mut self) -> Sample {
         let target = match self.motion {
-            Motion::Holding | Motion::AtGuard | Motion::Stopping => 0.0,
+            Motion::Holding | Motion::AtGuard | Motion::Stopping | Motion::Pausing => 0.0,
             Motion::Travelling | Motion::Guarded => 1.0,
             Motion::Returning => -self.return_rate,
         };
@@ -202,7 +224,13 @@ impl Executor {
             self.reference = still(self.reference.q_rad);
             return self.reference;
         }
-        let slope = if self.motion == Motion::Stopping { RATE_SLOPE } else { RATE_SLOPE_GENTLE };
+        let slope = match self.motion {
+            Motion::Stopping => RATE_SLOPE,
+            Motion::Pausing => RATE_SLOPE_LOADED,
+            Motion::Holding | Motion::AtGuard | Motion::Travelling | Motion::Guarded | Motion::Returning => {
+                RATE_SLOPE_GENTLE
+            }
+        };
         let rate_before = self.rate;
         let most = slope * TICK_S;
         // Not `clamp`: it panics for bounds the wrong way round, with a message that brings the formatting of floats along.
@@ -229,7 +257,6 @@ impl Executor {
     /// Ends the motion where its path ends; the next one begins from rate 0.
     fn arrive(&mut self) {
         let end_s = self.trajectory.duration();
-        let start_s = if self.guard_s.is_finite() { self.guard_s } else { 0.0 };
         match self.motion {
             Motion::Travelling if self.path_s >= self.guard_s && self.guard_s < end_s => {
                 self.path_s = self.guard_s;
@@ -240,14 +267,9 @@ impl Executor {
                 self.motion = Motion::Holding;
             }
             // The rate reaches 0 exactly, from either side: its last step is cut to what is left.
-            Motion::Stopping if self.rate == 0.0 => {
-                if self.path_s < self.guard_s {
-                    self.guard_s = f32::INFINITY;
-                }
-                self.motion = Motion::Holding;
-            }
-            Motion::Returning if self.path_s <= start_s => {
-                self.path_s = start_s;
+            Motion::Stopping | Motion::Pausing if self.rate == 0.0 => self.motion = Motion::Holding,
+            Motion::Returning if self.path_s <= self.return_to_s => {
+                self.path_s = self.return_to_s;
                 self.motion = Motion::Holding;
             }
             Motion::Holding
@@ -255,6 +277,7 @@ impl Executor {
             | Motion::Travelling
             | Motion::Guarded
             | Motion::Stopping
+            | Motion::Pausing
             | Motion::Returning => {}
         }
     }

@@ -26,6 +26,7 @@ pub mod onset;
 pub mod optimise;
 pub mod predict;
 pub mod puck_driver;
+pub mod slip;
 mod sort;
 pub mod supervisor;
 #[cfg(any(test, feature = "testing"))]

@@ -25,6 +25,7 @@ pub use tools::Tools;
 use crate::belief::{Belief, Prior, Readiness, Tolerance};
 use crate::evidence::EvidenceStore;
 use crate::felt_touch::FeltTouch;
+use crate::slip::Slip;
 use crate::touch::Chooser;
 use crate::update::{Evidence, Progress, Update};
 use crate::work::Work;
@@ -32,6 +33,7 @@ use carry::{Carry, CarryEnd};
 use enquiry::{Enquiry, HostSlow};
 use foresight::LastTouch;
 use grasp::{Grasp, GraspEnd, GraspPlan};
+use grip::Grip;
 use knowledge::Knowledge;
 use recover::{Recover, RecoverEnd};
 use tactus_common::message::{
@@ -104,6 +106,10 @@ pub struct Mission {
     yaw_in_hand_rad: f32,
     inconsistent: u8,
     payload_kg: f32,
+    /// Watches what is carried.
+    slip: Slip,
+    /// What it takes to carry the object, as far as is known.
+    grip: Grip,
     outcome: Option<Outcome>,
     fault: Option<FaultReason>,
 }
@@ -148,6 +154,7 @@ impl Mission {
         self.last = LastTouch::default();
         (self.touches, self.grasps, self.losses, self.inconsistent) = (0, 0, 0, 0);
         (self.yaw_in_hand_rad, self.payload_kg) = (0.0, 0.0);
+        self.grip = Grip::default();
         (self.outcome, self.fault) = (None, None);
     }
 
@@ -287,12 +294,16 @@ impl Mission {
                 }
             },
             Doing::AskingTransport => Some(match self.plan(tools)? {
-                Ok(()) => Doing::Carrying(Carry::new(tools.readings, self.knowledge.setup.mass_kg)),
+                Ok(()) => {
+                    self.slip.reset();
+                    Doing::Carrying(Carry::new(tools.readings, self.knowledge.setup.mass_kg, self.grip))
+                }
                 Err(reason) => self.fail(FailureReason::NoPlan(reason)),
             }),
             Doing::Carrying(carry) => {
-                let end = carry.step(tools);
+                let end = carry.step(&mut self.slip, tools);
                 self.payload_kg = carry.payload_kg();
+                self.grip = carry.grip();
                 match end {
                     CarryEnd::NotYet => None,
                     CarryEnd::Done => {

@@ -10,14 +10,16 @@ use crate::onset::{Felt, Onset};
 use core::f32::consts::PI;
 use nalgebra::{Isometry3, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
 use std::vec::Vec;
-use tactus_common::limits::{ARM_ACCELERATION_MAX_RAD_S2, ARM_JOINTS, FINGERS, HAND_MOTORS, OBSTACLES_MAX, TICK_S};
+use tactus_common::limits::{
+    ARM_ACCELERATION_MAX_RAD_S2, ARM_JOINTS, FINGERS, HAND_MOTORS, OBSTACLES_MAX, PADS, TICK_S,
+};
 use tactus_common::message::{
     PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, RefusalReason, RolloutRequest, RolloutResult, SCHEMA_VERSION,
     Setup,
 };
 use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
-use tactus_common::reading::{HandCommand, JointReadings, Validity};
+use tactus_common::reading::{HandCommand, JointReadings, TactileImage, Validity};
 use tactus_common::robot::hand::{self, HandAngles};
 use tactus_common::robot::tables::{FINGER_LIMIT, SPREAD_LIMIT};
 use tactus_common::robot::{ARM_LIMITS, HandLink, arm, dynamics, hand_prism, inverse};
@@ -323,6 +325,8 @@ pub struct Desk {
     pub bench: Bench,
     /// What is felt besides what the bench feels.
     pub felt: Felt,
+    /// New images of the pads at the next tick.
+    pub images: [Option<TactileImage>; PADS],
     /// The links of the hand tell what they touch.
     pub ideal_sensors: bool,
     /// What came out of the last step.
@@ -339,6 +343,7 @@ impl Default for Desk {
             hand: [HandCommand::Idle; HAND_MOTORS],
             bench: Bench::default(),
             felt: Felt::default(),
+            images: [None; PADS],
             ideal_sensors: false,
             out: Outputs::idle(0),
             tick: 0,
@@ -381,11 +386,13 @@ impl Desk {
         for f in 0..FINGERS {
             felt.fingers[f] |= self.felt.fingers[f];
         }
+        let images = core::mem::take(&mut self.images);
         let links = self.bench.links();
         self.out = Outputs::idle(self.tick);
         let mut tools = Tools {
             readings: &readings,
             felt,
+            images: &images,
             links: self.ideal_sensors.then_some(links),
             plan,
             rollout,

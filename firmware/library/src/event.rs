@@ -23,6 +23,8 @@ pub enum TactusEventKind {
     Refused = 5,
     /// The mission ended: `outcome`.
     Finished = 6,
+    /// The object slips in the hand: `finger`, `sureness`, `grip_nm`.
+    Slip = 7,
 }
 
 /// Something happened. Only the fields that its kind names say anything.
@@ -53,6 +55,10 @@ pub struct TactusEvent {
     pub information_nats: f32,
     /// Inner-link angle at the moment of contact, radians.
     pub inner_rad: f32,
+    /// How sure it is that the object slips, 0.5 to 1.
+    pub sureness: f32,
+    /// What the finger is to push with from now on, newton-metres at its inner joint.
+    pub grip_nm: f32,
     /// Believed pose.
     pub belief: TactusPose,
 }
@@ -71,6 +77,8 @@ impl TactusEvent {
         evaluations: 0,
         information_nats: 0.0,
         inner_rad: 0.0,
+        sureness: 0.0,
+        grip_nm: 0.0,
         belief: TactusPose { x_m: 0.0, y_m: 0.0, phi_rad: 0.0 },
     };
 }
@@ -99,6 +107,9 @@ impl From<&Event> for TactusEvent {
             EventKind::Refused(reason) => Self { kind: TactusEventKind::Refused, refusal: reason.into(), ..told },
             EventKind::Finished(outcome) => {
                 Self { kind: TactusEventKind::Finished, outcome: Some(outcome).into(), ..told }
+            }
+            EventKind::Slip { finger, sureness, grip_nm } => {
+                Self { kind: TactusEventKind::Slip, finger, sureness, grip_nm, ..told }
             }
         }
     }

@@ -127,6 +127,8 @@ channels! {
     Foretold(sample::Foretold) json "/controller/foretold" "when it happens";
     /// The planner refused a motion.
     Refusal(sample::Refusal) json "/controller/refusal" "when it happens";
+    /// The object slips in the hand.
+    Slip(sample::Slip) json "/controller/slip" "when it happens";
     /// The mission ended; with the digest.
     End(sample::End) json "/controller/end" "once";
     /// What the bus has carried and suffered so far.

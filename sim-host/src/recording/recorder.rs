@@ -4,7 +4,7 @@ use super::channel::Content;
 use super::convert::{quaternion, timestamp, vector};
 use super::sample::{
     BeliefError, Bus, Command, Contact, ControllerLost, End, Foretold, Joints, LinkContacts, LinkForces, ObjectTruth,
-    Pad, Pads, PhaseBegun, Refusal, Status, Tactile, Touch, Update,
+    Pad, Pads, PhaseBegun, Refusal, Slip, Status, Tactile, Touch, Update,
 };
 use super::settings::Settings;
 use super::sink::Sink;
@@ -237,9 +237,10 @@ fn line(tick: u32, level: log::Level, text: String) -> Content {
 fn level(event: &Event) -> log::Level {
     match event.kind {
         EventKind::Finished(Outcome::Fault(_)) => log::Level::Error,
-        EventKind::Finished(Outcome::Failed(_)) | EventKind::Refused(_) | EventKind::Confirmed(false) => {
-            log::Level::Warning
-        }
+        EventKind::Finished(Outcome::Failed(_))
+        | EventKind::Refused(_)
+        | EventKind::Confirmed(false)
+        | EventKind::Slip { .. } => log::Level::Warning,
         _ => log::Level::Info,
     }
 }
@@ -268,6 +269,7 @@ fn content(event: &Event, digest: Option<DigestReport>) -> Content {
         }),
         EventKind::Confirmed(agrees) => Content::Foretold(Foretold { tick, agrees }),
         EventKind::Refused(reason) => Content::Refusal(Refusal::new(tick, reason)),
+        EventKind::Slip { finger, sureness, grip_nm } => Content::Slip(Slip { tick, finger, sureness, grip_nm }),
         EventKind::Finished(outcome) => Content::End(End::new(tick, outcome, digest)),
     }
 }

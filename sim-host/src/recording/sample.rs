@@ -322,6 +322,19 @@ impl Refusal {
     }
 }
 
+/// The object slips in the hand, as the controller feels it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Slip {
+    /// Tick of 2 ms.
+    pub tick: u32,
+    /// The finger that feels it most: 0, 1, 2 = F1, F2, F3.
+    pub finger: u8,
+    /// How sure that is, 0.5 to 1.
+    pub sureness: f32,
+    /// What that finger is to push with from now on, newton-metres at its inner joint.
+    pub grip_nm: f32,
+}
+
 /// The mission ended, as the controller says.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct End {

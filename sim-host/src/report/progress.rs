@@ -105,6 +105,10 @@ pub fn describe(event: &Event) -> Option<String> {
         EventKind::Confirmed(true) => "  the mental world foretells the same".to_owned(),
         EventKind::Confirmed(false) => "  the mental world foretells something else: touch again".to_owned(),
         EventKind::Refused(reason) => format!("  planner: {reason:?}; next best"),
+        EventKind::Slip { finger, sureness, grip_nm } => {
+            let name = FINGER.get(usize::from(finger)).copied().unwrap_or("?");
+            format!("  {name} feels the box slip ({:.0} % sure): it pushes with {grip_nm:.2} Nm", sureness * 100.0)
+        }
         EventKind::Finished(outcome) => format!("{outcome:?}"),
     };
     Some(text)

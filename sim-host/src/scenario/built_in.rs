@@ -17,6 +17,7 @@ pub const ALL: &[BuiltIn] = &[
     BuiltIn { name: "hexagonal-prism", text: include_str!("../../scenarios/hexagonal_prism.toml") },
     BuiltIn { name: "between-obstacles", text: include_str!("../../scenarios/between_obstacles.toml") },
     BuiltIn { name: "two-boxes", text: include_str!("../../scenarios/two_boxes.toml") },
+    BuiltIn { name: "heavy-slippery-box", text: include_str!("../../scenarios/heavy_slippery_box.toml") },
 ];
 
 /// The scene of this name.

@@ -179,7 +179,11 @@ impl Gathered {
             Content::Log(line) => self.story.say(at_s, &line.message),
             Content::Joints(_) | Content::Command(_) | Content::BeliefError(_) => {}
             // Said by the log in words, or shown by another channel.
-            Content::JointStates(_) | Content::Foretold(_) | Content::Refusal(_) | Content::End(_) => {}
+            Content::JointStates(_)
+            | Content::Foretold(_)
+            | Content::Refusal(_)
+            | Content::Slip(_)
+            | Content::End(_) => {}
             Content::Bus(_)
             | Content::Lost(_)
             | Content::ObjectTruth(_)

@@ -3,9 +3,9 @@
 use crate::controller::Outputs;
 use crate::executor::Executor;
 use crate::onset::{Felt, Onset};
-use tactus_common::limits::HAND_MOTORS;
+use tactus_common::limits::{HAND_MOTORS, PADS};
 use tactus_common::message::{PlanAnswer, RolloutResult};
-use tactus_common::reading::{HandCommand, JointReadings};
+use tactus_common::reading::{HandCommand, JointReadings, TactileImage};
 
 /// What a phase works with during one tick.
 pub struct Tools<'a> {
@@ -13,6 +13,8 @@ pub struct Tools<'a> {
     pub readings: &'a JointReadings,
     /// What is felt.
     pub felt: Felt,
+    /// New images of the pads, by pad.
+    pub images: &'a [Option<TactileImage>; PADS],
     /// Which hand links touch, bit i = link i, by an ideal sensor; `None` without one.
     pub links: Option<u16>,
     /// The planner's answer.

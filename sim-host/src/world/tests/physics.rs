@@ -427,3 +427,55 @@ fn the_pads_feel_a_squeezed_box_where_it_touches_them_and_as_hard() {
     }
     assert!(seen >= 20, "{seen} images");
 }
+
+#[test]
+fn a_box_too_heavy_for_its_grip_slides_out_at_coulombs_pace_and_pads_and_gauges_show_it() {
+    let scene = Scene { mass_kg: 1.8, pad_friction: 0.3, ..over_the_box(0.3) };
+    let mut world = World::new(&scene, &Mismatch::none(), 1).unwrap();
+    let mut holder = Holder::new();
+    let mut slid = Vec::new();
+    let (mut friction_n, mut ticks) = (0.0, 0.0);
+    let (mut torque_nm, mut centres_mm) = (Vec::new(), Vec::new());
+    for tick in 0..1100 {
+        let mut commands = JointCommands::idle(tick);
+        let squeeze_nm = if tick < 200 { 0.5 } else { 1.0 };
+        commands.hand = [HandCommand::Torque(squeeze_nm); 4];
+        commands.hand[3] = HandCommand::Position(0.0);
+        commands.arm_tau_nm = holder.torques(&world.readings(), &scene.arm_start_rad, &[0.0; 7], &[0.0; 7]);
+        world.tick(&commands).unwrap();
+        if let Some(image) = world.tactile().filter(|image| image.pad == 2 && tick > 900) {
+            let cells = tactus_common::robot::FINGERTIP_TAXELS.iter().zip(image.pressure_n_cm2);
+            let (force, moment) = cells.fold((0.0, [0.0; 3]), |(force, moment), (cell, p)| {
+                let n = p * cell.area_m2;
+                (force + n, core::array::from_fn(|i| moment[i] + n * cell.centre_m[i]))
+            });
+            centres_mm.push((tick, moment.map(|m| (m / force * 1e4).round() / 10.0)));
+        }
+        if tick == 1000 {
+            world.remove_table();
+        }
+        // Table gone and the grip's spring settled; the box still between the pads.
+        if (1010..1060).contains(&tick) {
+            slid.push(world.hand_pose().translation.z - world.object_pose().translation.z);
+            friction_n += scene.pad_friction * world.link_forces_n().iter().sum::<f32>();
+            ticks += 1.0;
+        }
+        if tick > 990 && tick % 20 == 0 {
+            torque_nm.push((tick, world.readings().tip_torque_nm));
+        }
+    }
+    // Constant acceleration: second difference of positions a quarter of a tenth of a second apart.
+    let [first, middle, last] = [slid[0], slid[slid.len() / 2 - 1], slid[slid.len() - 2]];
+    let apart_s = (slid.len() / 2 - 1) as f32 * TICK_S;
+    let measured = (last - 2.0 * middle + first) / (apart_s * apart_s);
+    let expected = 9.81 - friction_n / ticks / scene.mass_kg;
+    println!(
+        "a box of 1.8 kg slides at {measured:.2} m/s^2, Coulomb: {expected:.2}; by {:.1} mm in {:.3} s; fingertip torques {torque_nm:?} Nm; centre of \
+         pressure of F3 {centres_mm:?} mm",
+        (last - first) * 1e3,
+        2.0 * apart_s
+    );
+    assert!((measured / expected - 1.0).abs() < 0.1);
+    let changed_nm = (0..3).map(|f| (torque_nm[3].1[f] - torque_nm[0].1[f]).abs()).fold(0.0, f32::max);
+    assert!(changed_nm > 0.02, "the gauges feel the weight come onto them: {changed_nm}");
+}
