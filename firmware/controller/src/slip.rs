@@ -10,6 +10,9 @@
 //!   the arm lifts changes it as much, therefore not before.
 //! * **Finger motor**, at 500 Hz: a finger that pushes goes on closing, because what it pushed against gives way.
 //!
+//! What they cannot tell: a flat face that slides evenly along pads which lie square on it feels like one that stands,
+//! until it comes out of the hand.
+//!
 //! Idea: a grip is corrected by changes of what fingertips feel, not by a friction that is known (Romano, Hsiao,
 //! Niemeyer, Chitta and Kuchenbecker, *Human-inspired robotic grasp control with tactile sensing*, IEEE Transactions on
 //! Robotics 27(6), 2011); an array together with a measured force or torque shows slip (Melchiorri, *Slip detection and

@@ -11,7 +11,7 @@ use core::f32::consts::PI;
 use nalgebra::{Isometry3, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
 use std::vec::Vec;
 use tactus_common::limits::{
-    ARM_ACCELERATION_MAX_RAD_S2, ARM_JOINTS, FINGERS, HAND_MOTORS, OBSTACLES_MAX, PADS, TICK_S,
+    ARM_ACCELERATION_MAX_RAD_S2, ARM_JOINTS, FINGERS, HAND_MOTORS, OBSTACLES_MAX, PAD_CELLS, PADS, TICK_S,
 };
 use tactus_common::message::{
     PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, RefusalReason, RolloutRequest, RolloutResult, SCHEMA_VERSION,
@@ -310,6 +310,16 @@ impl Bench {
             ..readings(tick, self.q_rad)
         }
     }
+}
+
+/// An image of F1's pad, pressed at one side (0) to the other (1).
+pub fn pressed_across(at: f32) -> [Option<TactileImage>; PADS] {
+    let mut pressure_n_cm2 = [0.0; PAD_CELLS];
+    // The outer columns of the two rows with which a tip touches a face that it leans towards.
+    for first in [12, 15] {
+        (pressure_n_cm2[first], pressure_n_cm2[first + 2]) = (10.0 * (1.0 - at), 10.0 * at);
+    }
+    [Some(TactileImage { pad: 0, stamp: 0, pressure_n_cm2 }), None, None, None]
 }
 
 /// What a phase works with, owned, so that a test can step it by itself.

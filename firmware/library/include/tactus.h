@@ -188,6 +188,8 @@ enum TactusEventKind
     TACTUS_EVENT_KIND_REFUSED = 5,
     /// The mission ended: `outcome`.
     TACTUS_EVENT_KIND_FINISHED = 6,
+    /// The object slips in the hand: `finger`, `sureness`, `grip_nm`.
+    TACTUS_EVENT_KIND_SLIP = 7,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -675,6 +677,10 @@ typedef struct TactusEvent {
     float information_nats;
     /// Inner-link angle at the moment of contact, radians.
     float inner_rad;
+    /// How sure it is that the object slips, 0.5 to 1.
+    float sureness;
+    /// What the finger is to push with from now on, newton-metres at its inner joint.
+    float grip_nm;
     /// Believed pose.
     struct TactusPose belief;
 } TactusEvent;

@@ -6,9 +6,10 @@ use super::enquiry::{ANSWER_TICKS_MAX, REPEAT_TICKS};
 use super::foresight::CONFIRM_RAD;
 use super::knowledge::SETUP_MAX;
 use super::*;
-use crate::testing::{BOX, Desk, TRUTH, plan, rollout, setup};
+use crate::testing::{BOX, Desk, TRUTH, plan, pressed_across, rollout, setup};
 use core::mem::size_of;
 use std::vec::Vec;
+use tactus_common::limits::PAD_PERIOD_TICKS;
 use tactus_common::message::{PlanAnswer, PlanRequest, RolloutRequest, RolloutResult, SCHEMA_VERSION};
 use tactus_common::pose::{Interval, wrap};
 use tactus_common::shape::{ObjectShape, Obstacle};
@@ -364,6 +365,23 @@ fn an_object_lost_on_the_way_is_searched_for_below_the_hand_and_brought_to_the_s
     assert!(rig.touches() > touches);
     let (object, goal) = (rig.desk.bench.object.expect("found"), goal.expect("there was a transport"));
     assert!((object.x_m - goal.0).abs() < 3e-3 && (object.y_m - goal.1).abs() < 3e-3, "{object:?} {goal:?}");
+}
+
+#[test]
+fn an_object_that_slips_is_taken_anew_harder_and_carried_to_the_same_goal() {
+    let mut rig = Rig::new(&setup());
+    rig.until_phase(Phase::Transport);
+    (0..150).for_each(|_| rig.tick());
+    for step in 0..10 {
+        rig.desk.images = pressed_across(step as f32 / 9.0);
+        (0..PAD_PERIOD_TICKS).for_each(|_| rig.tick());
+    }
+    assert_eq!(rig.count(|e| matches!(e, EventKind::Slip { finger: 0, .. })), 1, "{:?}", rig.events);
+    let touches = rig.touches();
+    assert_eq!(rig.outcome(), Outcome::Transported);
+    assert_eq!(rig.touches(), touches, "it need not be searched for");
+    let object = rig.desk.bench.object.expect("the box is there");
+    assert!((object.x_m - TRUTH.x_m + 0.5).abs() < 3e-3 && (object.y_m - TRUTH.y_m).abs() < 3e-3, "{object:?}");
 }
 
 #[test]
