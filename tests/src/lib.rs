@@ -7,6 +7,7 @@
 //! * [`browser`]: a headless Chromium, driven through its DevTools protocol.
 //! * [`can_bench`]: world and controller as processes on `vcan0`.
 //! * [`candump`]: the log of an independent witness on a CAN interface.
+//! * [`guide`]: the commands of docs/guide.md.
 //! * [`process`]: programs that run beside a test.
 //! * [`problems`]: pose updates from a seed, without physics, for comparisons and counts.
 //! * [`serial_world`]: the world's end of a serial line, in the test's hands.
@@ -20,6 +21,7 @@ pub mod can_bench;
 pub mod candump;
 pub mod eavesdropper;
 pub mod emulator;
+pub mod guide;
 pub mod problems;
 pub mod process;
 pub mod program;
