@@ -60,7 +60,8 @@ fn main() -> anyhow::Result<()> {
     let error = SumOfDistances { evidence: &update.evidence, shape: &shape };
     let options = SearchOptions { evaluations_max: 300, gradient: Gradient::TwoSided, ..SearchOptions::default() };
     for method in Method::ALL {
-        let mut optimiser = AnyOptimiser::new(method, &update.prior.guess, &update.prior.bounds(), &options);
+        let mut optimiser = AnyOptimiser::new(method, &update.prior.guess, &update.prior.bounds(), &options)
+            .ok_or_else(|| anyhow::anyhow!("{} was not compiled in", method.name()))?;
         let mut evaluations = 0;
         let ended = carry_through(&mut optimiser, |pose| {
             evaluations += 1;
