@@ -86,7 +86,7 @@ impl Best {
                 let length = libm::sqrtf(length_sq);
                 let normal = cross * (sign / length);
                 let distance_m = placed.lowest_on_side_m(&normal, corner) - body.reach_m(&normal);
-                let of_object = Vector3::ith(of_object, 1.0);
+                let of_object = unit_axis(of_object);
                 self.offer(distance_m, normal, AxisKind::Edges { of_object, of_link: side.along, sign });
             }
         }
@@ -105,7 +105,7 @@ impl Best {
             let normal = cross / libm::sqrtf(length_sq);
             let (low, high) = placed.extent(&normal);
             let reach_m = body.reach_m(&normal);
-            let of_object = Vector3::ith(of_object, 1.0);
+            let of_object = unit_axis(of_object);
             self.offer(low - reach_m, normal, AxisKind::Edges { of_object, of_link, sign: 1.0 });
             self.offer(-high - reach_m, -normal, AxisKind::Edges { of_object, of_link, sign: -1.0 });
         }
@@ -138,6 +138,15 @@ impl Best {
             witness_object_m: witness,
             gradient_object: [-n.x, -n.y, yaw_slope],
         }
+    }
+}
+
+/// The unit vector along the object's axis of this index.
+fn unit_axis(axis: usize) -> Vector3<f32> {
+    match axis {
+        0 => Vector3::x(),
+        1 => Vector3::y(),
+        _ => Vector3::z(),
     }
 }
 

@@ -160,11 +160,11 @@ impl Hull {
             let (s, c) = libm::sincosf(TAU * f32::from(i % sides) / f32::from(sides));
             [radius_m * c, radius_m * s, if i < sides { -half_height_m } else { half_height_m }]
         };
-        let corners_m: Vec<[f32; 3], HULL_CORNERS_MAX> = (0..2 * sides).map(corner).collect();
+        let corners_m: Vec<[f32; 3], HULL_CORNERS_MAX> = gathered((0..2 * sides).map(corner));
         let side = |i: u8| [i, (i + 1) % sides, (i + 1) % sides + sides, i + sides];
-        let around: Vec<[u8; 4], { MOST as usize }> = (0..sides).map(side).collect();
-        let lower: Vec<u8, { MOST as usize }> = (0..sides).rev().collect();
-        let upper: Vec<u8, { MOST as usize }> = (sides..2 * sides).collect();
+        let around: Vec<[u8; 4], { MOST as usize }> = gathered((0..sides).map(side));
+        let lower: Vec<u8, { MOST as usize }> = gathered((0..sides).rev());
+        let upper: Vec<u8, { MOST as usize }> = gathered(sides..2 * sides);
         let ends = [lower.as_slice(), upper.as_slice()];
         Self::new(&corners_m, around.iter().map(<[u8; 4]>::as_slice).chain(ends))
     }
@@ -415,11 +415,23 @@ struct HullOnWire {
 
 impl From<Hull> for HullOnWire {
     fn from(hull: Hull) -> Self {
-        let corners_m = hull.corners_m().iter().copied().collect();
-        let face = |corners: &[u8]| core::iter::once(corners.len() as u8).chain(corners.iter().copied()).collect();
-        let faces = hull.faces().flat_map(|corners| -> Vec<u8, { SLOTS_MAX + 1 }> { face(corners) }).collect();
-        Self { corners_m, faces }
+        let mut faces = Vec::new();
+        for corners in hull.faces() {
+            // There is room for the faces of every hull.
+            let _ = faces.push(corners.len() as u8);
+            let _ = faces.extend_from_slice(corners);
+        }
+        Self { corners_m: gathered(hull.corners_m().iter().copied()), faces }
     }
+}
+
+/// What there is room for; `collect` would panic at what there is not.
+fn gathered<T, const N: usize>(items: impl IntoIterator<Item = T>) -> Vec<T, N> {
+    let mut list = Vec::new();
+    for item in items.into_iter().take(N) {
+        let _ = list.push(item);
+    }
+    list
 }
 
 impl From<HullOnWire> for Hull {

@@ -9,7 +9,7 @@
 //! `n (5 V + 15)` for the prism's, `10 n F` for the faces' slopes, `5 n E` to look for crossings: 12 kflop for a fingertip and
 //! the largest hull.
 
-use super::{HULL_EDGES_MAX, HULL_FACES_MAX, Hull};
+use super::{HULL_EDGES_MAX, HULL_FACES_MAX, Hull, gathered};
 use crate::shape::axis::{AxisKind, Best, Body};
 use crate::shape::placed::Placed;
 use crate::shape::{Prism, Separation};
@@ -101,7 +101,7 @@ fn edges(hull: &Hull) -> Edges {
         let normals = [hull.normal(faces[0])?, hull.normal(faces[1])?];
         Some(Edge { corner: ends[0], along: ends[1] - ends[0], faces, normals })
     };
-    hull.edges_between().filter_map(edge).collect()
+    gathered(hull.edges_between().filter_map(edge))
 }
 
 /// Coordinates of the faces' normals along an axis.

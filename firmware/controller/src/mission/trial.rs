@@ -89,7 +89,10 @@ impl Trial {
             Step::Close(closing) => {
                 let on_obstacle = &mut self.on_obstacle;
                 let closed = closing.step(tools, |f, inner_rad, tools| {
-                    on_obstacle[f] |= !note_contact(f, inner_rad, know, tools);
+                    let is_obstacle = !note_contact(f, inner_rad, know, tools);
+                    if let Some(on_obstacle) = on_obstacle.get_mut(f) {
+                        *on_obstacle |= is_obstacle;
+                    }
                 });
                 know.felt.feel(tools.links);
                 if self.on_obstacle.contains(&true) {
