@@ -190,7 +190,7 @@ impl Update {
         let shape = self.prior.shape;
         let narrow = Geometric::new(evidence.store, &shape, &narrow);
         let wide = Geometric::new(evidence.store, &shape, &wide);
-        while work.is_left() {
+        while work.is_left_for(&self.prior.shape) {
             match self.phase {
                 Phase::Explore { .. } | Phase::Seek { .. } => self.search(&wide, &evidence, work),
                 Phase::Polish { .. } | Phase::Refine { .. } => self.search(&narrow, &evidence, work),

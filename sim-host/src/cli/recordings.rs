@@ -3,6 +3,7 @@
 use crate::recording::{Contents, Ending, export};
 use clap::Args;
 use std::path::PathBuf;
+use tactus_hil::say;
 
 /// Which recording.
 #[derive(Args, Debug)]
@@ -18,7 +19,7 @@ impl InfoArgs {
     /// # Errors
     /// The file is no recording.
     pub fn run(&self) -> anyhow::Result<u8> {
-        print!("{}", Contents::read(&self.file)?);
+        say::text(Contents::read(&self.file)?)?;
         Ok(0)
     }
 }
@@ -42,9 +43,10 @@ impl ExportArgs {
     /// The file is no recording, or the tables cannot be written.
     pub fn run(&self) -> anyhow::Result<u8> {
         let exported = export(&self.file, &self.csv)?;
-        print!("{exported}");
+        say::text(&exported)?;
         if let Ending::Cut(why) = &exported.ending {
-            eprintln!("{}: cut off ({why}); the tables hold what comes before", self.file.display());
+            let cut = format_args!("{}: cut off ({why}); the tables hold what comes before", self.file.display());
+            say::complaint(cut);
         }
         Ok(0)
     }

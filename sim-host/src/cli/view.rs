@@ -5,6 +5,7 @@ use crate::view::server::Server;
 use anyhow::{Context, ensure};
 use clap::Args;
 use std::path::{Path, PathBuf};
+use tactus_hil::say;
 
 /// Which recording, and where its page goes.
 #[derive(Args, Debug)]
@@ -28,7 +29,7 @@ impl ViewArgs {
     pub fn run(&self) -> anyhow::Result<u8> {
         let replay = Replay::read(&self.file)?;
         if let Some(warning) = &replay.heading.warning {
-            eprintln!("{}: {warning}", self.file.display());
+            say::complaint(format_args!("{}: {warning}", self.file.display()));
         }
         let page = replay.page()?;
         match self.serve {
@@ -47,16 +48,15 @@ impl ViewArgs {
 
 fn write(out: &Path, page: &str) -> anyhow::Result<()> {
     if out.as_os_str() == "-" {
-        print!("{page}");
-        return Ok(());
+        return Ok(say::text(page)?);
     }
     std::fs::write(out, page).with_context(|| format!("--out {}", out.display()))?;
-    println!("{}: {:.1} MB, opens in any browser", out.display(), page.len() as f64 / 1e6);
-    Ok(())
+    let megabytes = page.len() as f64 / 1e6;
+    Ok(say::line(format_args!("{}: {megabytes:.1} MB, opens in any browser", out.display()))?)
 }
 
 fn serve(port: u16, page: String) -> anyhow::Result<()> {
     let server = Server::open(port, page)?;
-    println!("{} until interrupted", server.address()?);
+    say::line(format_args!("{} until interrupted", server.address()?))?;
     server.run()
 }

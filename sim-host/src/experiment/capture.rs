@@ -229,7 +229,7 @@ mod tests {
         let captured = carry_out(&options, Task::Locate).unwrap();
         for update in &captured.updates {
             let off_m = update.after.pose().distance_m(&update.truth);
-            let sigma_m = update.after.covariance()[(0, 0)].sqrt();
+            let sigma_m = libm::sqrtf(update.after.covariance()[(0, 0)]);
             assert!(off_m < 3.0 * sigma_m, "{off_m} m off, claims {sigma_m} m after touch {}", update.touches);
         }
         assert!(captured.last().is_some_and(|last| last.confident));

@@ -7,7 +7,7 @@ use crate::belief::{Readiness, Tolerance};
 use crate::error::GeometricConfig;
 use crate::touch::{candidate, rehearse::rehearse};
 use tactus_common::pose::Interval;
-use tactus_common::shape::ObjectShape;
+use tactus_common::shape::{Hull, ObjectShape};
 
 const SHAPE: ObjectShape = ObjectShape::THESIS_BOX;
 const GUESS: PlanarPose = PlanarPose { x_m: 0.2, y_m: -0.1, phi_rad: 0.0 };
@@ -376,5 +376,18 @@ mod limited {
                 );
             }
         }
+    }
+}
+
+#[test]
+fn an_update_about_a_costly_shape_ends_in_the_work_of_ticks() {
+    let hexagonal = Hull::regular_prism(6, 0.0577, 0.075).expect("a hull");
+    let round = ObjectShape::Cylinder { radius_m: 0.045, half_height_m: 0.09 };
+    for shape in [round, ObjectShape::Convex(hexagonal)] {
+        let p = Prior::new(&GUESS, &Interval { x_m: 0.05, y_m: 0.05, phi_rad: 0.35 }, &shape);
+        let mut store = EvidenceStore::new(shape.top_height_m());
+        rehearse(&mut store, &candidate(0, &shape).expect("listed"), &GUESS, &GUESS, &shape);
+        let (belief, _) = run(&p, &store, Work::PER_TICK);
+        assert!(belief.residuals().contacts == 3, "{shape:?}");
     }
 }
