@@ -1,5 +1,6 @@
-//! Promise: the whole controller with its end of the wire takes at most 44 KiB of fixed memory, and what one tick hands
-//! on by value is small, so that 96 KiB of a microcontroller leave most for other things than its stack.
+//! Promise: the whole controller with its end of the wire takes at most 56 KiB of fixed memory, and what one tick hands
+//! on by value is small, so that 96 KiB of a microcontroller leave enough for its stack. A set-up that names a hull and
+//! four obstacles takes 5 KiB of it, where it waits for its tick and where the mission keeps it.
 
 use std::mem::size_of;
 use tactus_common::limits::PAYLOAD_BYTES_MAX;
@@ -16,12 +17,12 @@ use tactus_controller::touch::{Chooser, TouchHistory};
 use tactus_controller::update::Update;
 
 /// Bytes that the whole may take.
-const BUDGET_BYTES: usize = 44 * 1024;
+const BUDGET_BYTES: usize = 56 * 1024;
 /// Bytes that pass through the arguments and the result of one tick.
 const TICK_BYTES: usize = 1_536;
 
 #[test]
-fn controller_and_node_fit_44_kib_and_a_tick_moves_little() {
+fn controller_and_node_fit_56_kib_and_a_tick_moves_little() {
     println!("Memory, bytes:");
     for (name, bytes) in [
         ("Node (the controller with its end of the wire)", size_of::<Node>()),
