@@ -1,6 +1,6 @@
 //! An error function of your own, on evidence that a whole mission has felt, minimised by any of the optimisers.
 //!
-//! `cargo run --release --example own_error`
+//! `cargo run --release --package tactus-tests --example own_error`
 
 use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::robot::hand_prism;
