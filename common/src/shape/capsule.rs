@@ -41,6 +41,7 @@ pub fn point_separation_m(radius_m: f32, half_length_m: f32, p: &Vector3<f32>) -
 
 /// Signed separation of the prism from the capsule, or `None` as soon as it is certain to be `limit_m` or more, or if the
 /// pose is not finite or the prism has no corner. See [`Separation`].
+#[inline(never)]
 pub fn separation_below(
     radius_m: f32,
     half_length_m: f32,

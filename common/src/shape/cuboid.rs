@@ -40,6 +40,7 @@ pub fn point_separation_m(half_extents_m: &[f32; 3], p: &Vector3<f32>) -> f32 {
 
 /// Signed separation of the prism from the box, or `None` as soon as it is certain to be `limit_m` or more, or if the
 /// pose is not finite or the prism has no corner. See [`Separation`].
+#[inline(never)]
 pub fn separation_below(
     half_extents_m: &[f32; 3],
     object_from_link: &Isometry3<f32>,

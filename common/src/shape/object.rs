@@ -145,7 +145,8 @@ impl ObjectShape {
     /// As [`Self::separation`], but `None` as soon as it is certain to be `limit_m` or more.
     ///
     /// Free-space terms and the nearest of several links need no more, and nearly all pairs end after a few axes.
-    /// Also `None` if the pose is not finite.
+    /// Also `None` if the pose is not finite. The shapes' own functions are never inlined: only the stack of the one that is
+    /// called is taken then, and callers share their code.
     pub fn separation_below(
         &self,
         object_from_link: &Isometry3<f32>,

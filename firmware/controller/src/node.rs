@@ -208,7 +208,9 @@ impl Node {
     }
 
     /// Takes a frame from the bus. Where it completes a sensor message, the controller ticks and what it says is
-    /// given to `send`, frame by frame. `true` if it ticked.
+    /// given to `send`, frame by frame. `true` if it ticked. A function of its own, so that its stack is not that of the caller's
+    /// start as well.
+    #[inline(never)]
     pub fn receive(&mut self, frame: &CanFrame, send: &mut dyn FnMut(CanFrame)) -> bool {
         let Ok(header) = Header::of(frame) else {
             self.stats.foreign_frames = self.stats.foreign_frames.saturating_add(1);
@@ -262,7 +264,9 @@ impl Node {
         self.speak(&outputs, send);
     }
 
-    /// Puts a frame where it belongs; a sensor message is returned.
+    /// Puts a frame where it belongs; a sensor message is returned. A function of its own, so that the stack which it takes
+    /// to decode a set-up is free again before the tick.
+    #[inline(never)]
     fn accept(&mut self, header: &Header, data: &[u8]) -> Option<SensorFrame> {
         let (clock, tick) = (self.clock, self.now);
         let mut sensors = None;

@@ -15,7 +15,7 @@ mod probe;
 pub use config::UpdateConfig;
 
 use crate::belief::{Belief, MODES_MAX, Prior};
-use crate::error::geometric::{Geometric, ResidualsUnderWay, UnderWay};
+use crate::error::geometric::{Geometric, GeometricConfig, ResidualsUnderWay, UnderWay};
 use crate::evidence::EvidenceStore;
 use crate::felt_touch::FeltTouch;
 use crate::optimise::{Ask, Bounds, Found, LevenbergMarquardt, LevenbergMarquardtConfig, Optimiser, StopReason, start};
@@ -185,21 +185,19 @@ impl Update {
     /// predictor it goes on once [`Self::question`] has been [answered](Self::answer).
     pub fn step<'a>(&mut self, work: &mut Work, evidence: impl Into<Evidence<'a>>) -> Progress {
         let evidence = evidence.into();
+        let store = evidence.store;
         let narrow = self.config.geometric;
         let wide = narrow.wide();
-        let shape = self.prior.shape;
-        let narrow = Geometric::new(evidence.store, &shape, &narrow);
-        let wide = Geometric::new(evidence.store, &shape, &wide);
         while work.is_left_for(&self.prior.shape) {
             match self.phase {
                 Phase::Explore { .. } | Phase::Seek { .. } => self.search(&wide, &evidence, work),
                 Phase::Polish { .. } | Phase::Refine { .. } => self.search(&narrow, &evidence, work),
-                Phase::Screen { next } => self.screen(next, &wide, work),
+                Phase::Screen { next } => self.screen(next, &wide, store, work),
                 Phase::Once if self.question(evidence.touches).is_some() => return Progress::Running,
                 Phase::Once => self.search_once(&wide, &evidence, work),
-                Phase::Narrow(pose) => self.look_narrowly(&pose, &narrow, work),
-                Phase::Probe(probe) => self.probe(probe, &narrow, work),
-                Phase::Check => self.check(&narrow, work),
+                Phase::Narrow(pose) => self.look_narrowly(&pose, &narrow, store, work),
+                Phase::Probe(probe) => self.probe(probe, &narrow, store, work),
+                Phase::Check => self.check(&narrow, store, work),
                 Phase::Done => return Progress::Done,
             }
         }
@@ -207,7 +205,8 @@ impl Update {
     }
 
     /// One evaluation of the search under way, or what the work allows of it.
-    fn search(&mut self, error: &Geometric<'_>, evidence: &Evidence<'_>, work: &mut Work) {
+    fn search(&mut self, config: &GeometricConfig, evidence: &Evidence<'_>, work: &mut Work) {
+        let error = Geometric::new(evidence.store, &self.prior.shape, config);
         match (self.evaluation.as_mut(), self.search.ask()) {
             (Some(under_way), _) => {
                 if let Some(evaluation) = error.proceed(under_way, work) {
@@ -299,11 +298,12 @@ impl Update {
     }
 
     /// How well the best end explains the evidence; then the belief follows. The old one stays if there is no end.
-    fn check(&mut self, narrow: &Geometric<'_>, work: &mut Work) {
+    fn check(&mut self, narrow: &GeometricConfig, store: &EvidenceStore, work: &mut Work) {
         let Some(best) = self.polished.first().copied() else {
             self.phase = Phase::Done;
             return;
         };
+        let narrow = Geometric::new(store, &self.prior.shape, narrow);
         let under_way = self.residuals.get_or_insert_with(|| narrow.begin_residuals(&best.pose));
         if let Some(residuals) = narrow.proceed_residuals(under_way, work) {
             work.spend(GATHERING);

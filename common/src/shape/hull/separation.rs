@@ -59,6 +59,7 @@ type Edges = Vec<Edge, HULL_EDGES_MAX>;
 
 /// Signed separation of the prism from the hull, or `None` as soon as it is certain to be `limit_m` or more, or if the pose is
 /// not finite or the prism has no corner. See [`Separation`].
+#[inline(never)]
 pub fn separation_below(
     hull: &Hull,
     object_from_link: &Isometry3<f32>,

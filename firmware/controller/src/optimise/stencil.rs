@@ -37,9 +37,14 @@ impl Stencil {
         Self { at: *at, middle, steps, free: free as u8, two_sided, index: u8::from(!is_moved), errors }
     }
 
+    /// Free components; the compiler sees that they are 3 at most.
+    fn free(&self) -> usize {
+        usize::from(self.free).min(3)
+    }
+
     /// The point to be evaluated next.
     pub fn ask(&self) -> Point {
-        let (free, index) = (usize::from(self.free), usize::from(self.index));
+        let (free, index) = (self.free(), usize::from(self.index));
         let mut point = self.middle;
         for axis in free..3 {
             point[axis] = 0.0;
@@ -58,7 +63,7 @@ impl Stencil {
 
     /// The error there; the model, and whether the error was the same at every point, when all is known.
     pub fn tell(&mut self, error: f32) -> Option<(Model, bool)> {
-        let free = usize::from(self.free);
+        let free = self.free();
         let count = 1 + 2 * free + free * free.saturating_sub(1) / 2;
         if let Some(slot) = self.errors.get_mut(usize::from(self.index)) {
             *slot = error;
@@ -69,7 +74,7 @@ impl Stencil {
     }
 
     fn model(&self) -> Model {
-        let free = usize::from(self.free);
+        let free = self.free();
         let mut model = Model { gradient: Vector3::zeros(), curvature: Matrix3::zeros() };
         let base = self.errors[0];
         for axis in 0..free {

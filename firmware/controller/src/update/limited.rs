@@ -3,7 +3,8 @@
 
 use super::gather::{is_same, sort_by_error};
 use super::{ENDS_MAX, Evidence, Phase, Update};
-use crate::error::geometric::Geometric;
+use crate::error::{Geometric, GeometricConfig};
+use crate::evidence::EvidenceStore;
 use crate::optimise::{Found, LevenbergMarquardtConfig, Optimiser, StopReason};
 use crate::work::{GATHERING, Work};
 
@@ -34,7 +35,7 @@ impl Update {
     }
 
     /// One evaluation of a start, or what the work allows of it.
-    pub(super) fn screen(&mut self, next: u16, wide: &Geometric<'_>, work: &mut Work) {
+    pub(super) fn screen(&mut self, next: u16, wide: &GeometricConfig, store: &EvidenceStore, work: &mut Work) {
         if next >= self.screened() {
             sort_by_error(&mut self.ends);
             work.spend(GATHERING);
@@ -42,6 +43,7 @@ impl Update {
             return;
         }
         let pose = self.start(next);
+        let wide = Geometric::new(store, &self.prior.shape, wide);
         let under_way = self.evaluation.get_or_insert_with(|| wide.begin(&pose));
         if let Some(evaluation) = wide.proceed(under_way, work) {
             self.evaluation = None;

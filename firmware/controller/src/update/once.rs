@@ -3,7 +3,8 @@
 use super::{Evidence, Phase, Update};
 use crate::error::geometric::{self, Geometric};
 use crate::error::published::{self, Published};
-use crate::error::{Evaluation, PublishedConfig};
+use crate::error::{Evaluation, GeometricConfig, PublishedConfig};
+use crate::evidence::EvidenceStore;
 use crate::felt_touch::FeltTouch;
 use crate::optimise::{AnyOptimiser, Ask, Found, Optimiser};
 use crate::predict::PredictorKind;
@@ -68,7 +69,7 @@ impl Update {
     }
 
     /// One evaluation of the search, or what the work allows of it.
-    pub(super) fn search_once(&mut self, wide: &Geometric<'_>, evidence: &Evidence<'_>, work: &mut Work) {
+    pub(super) fn search_once(&mut self, wide: &GeometricConfig, evidence: &Evidence<'_>, work: &mut Work) {
         let published = self.config.published();
         if self.once.optimiser.is_none() {
             if published.is_some() && evidence.touches.is_empty() {
@@ -84,10 +85,11 @@ impl Update {
             self.phase = Phase::Done;
             return;
         };
+        let wide = Geometric::new(evidence.store, &self.prior.shape, wide);
         let evaluation = match &mut self.once.evaluating {
             None => match optimiser.ask() {
                 Ask::Evaluate(pose) => {
-                    self.once.evaluating = Some(self.begin_evaluation(pose, published, wide, evidence));
+                    self.once.evaluating = Some(self.begin_evaluation(pose, published, &wide, evidence));
                     return;
                 }
                 Ask::Done(found, reason) => {
@@ -148,7 +150,14 @@ impl Update {
     }
 
     /// The end of the search under the narrow loss: it has the covariance.
-    pub(super) fn look_narrowly(&mut self, pose: &PlanarPose, narrow: &Geometric<'_>, work: &mut Work) {
+    pub(super) fn look_narrowly(
+        &mut self,
+        pose: &PlanarPose,
+        narrow: &GeometricConfig,
+        store: &EvidenceStore,
+        work: &mut Work,
+    ) {
+        let narrow = Geometric::new(store, &self.prior.shape, narrow);
         let under_way = self.evaluation.get_or_insert_with(|| narrow.begin(pose));
         if let Some(evaluation) = narrow.proceed(under_way, work) {
             self.evaluation = None;

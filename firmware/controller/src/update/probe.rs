@@ -8,7 +8,8 @@
 
 use super::gather::{MODE_MARGIN, SAME_POSITION_M, SAME_YAW_RAD};
 use super::{Phase, Update};
-use crate::error::geometric::Geometric;
+use crate::error::{Geometric, GeometricConfig};
+use crate::evidence::EvidenceStore;
 use crate::optimise::Found;
 use crate::work::{MATRICES, Work};
 use tactus_common::pose::PlanarPose;
@@ -56,12 +57,13 @@ impl Update {
     }
 
     /// One step, or what the work allows of it.
-    pub(super) fn probe(&mut self, probe: Probe, narrow: &Geometric<'_>, work: &mut Work) {
+    pub(super) fn probe(&mut self, probe: Probe, narrow: &GeometricConfig, store: &EvidenceStore, work: &mut Work) {
         let from = self.polished.get(probe.end).copied().filter(|_| probe.end < self.probed);
         let Some(from) = from.filter(|_| self.may_evaluate() && !self.polished.is_full()) else {
             self.finish_probing();
             return;
         };
+        let narrow = Geometric::new(store, &self.prior.shape, narrow);
         let under_way = match &mut self.evaluation {
             Some(under_way) => under_way,
             None => {
@@ -86,7 +88,7 @@ impl Update {
 
     /// Where a step leads; `None` if the component is known exactly or the region ends before.
     fn probe_pose(&self, probe: Probe, from: &Found) -> Option<PlanarPose> {
-        let axis = usize::from(probe.side / 2);
+        let axis = usize::from(probe.side / 2).min(2);
         let covariance = self.covariance(&from.evaluation);
         let sigma = libm::sqrtf(covariance[(axis, axis)]);
         if sigma <= 0.0 {
