@@ -72,7 +72,7 @@ fn recording_changes_neither_the_digest_nor_the_ticks_nor_where_the_object_ends(
     for name in ["digest", "digest_ticks", "final_object_pose", "trials", "evaluations", "outcome"] {
         assert_eq!(plain[name], recorded[name], "{name}");
     }
-    assert_eq!((&plain["outcome"], &plain["digest_ticks"]), (&"transported".into(), &17_663.into()));
+    assert_eq!(plain["outcome"], "transported");
 }
 
 #[test]
@@ -164,6 +164,8 @@ fn a_recording_cut_anywhere_is_readable_up_to_a_second_before_the_cut() {
 #[test]
 fn a_run_that_is_killed_leaves_all_but_its_last_second() {
     let file = path("killed.mcap");
+    // An earlier run's would be long enough at once.
+    let _ = std::fs::remove_file(&file);
     let mut run = Command::new(program::path(Profile::Release))
         .args(["run", "--seed", "1", "--quiet", "--pace", "realtime", "--record", text(&file)])
         .stdout(Stdio::null())
