@@ -2,7 +2,7 @@
 //!
 //! A direction that separates the two better than any near it is one of these: the cylinder's axis; the normal of a face of
 //! the prism; a level direction, at a right angle to an edge of the prism or through a corner of it; or one at a
-//! right angle to an edge of the prism and to the rim of the cylinder ([`rim`]). If the two are apart, one of these
+//! right angle to an edge of the prism and to the rim of the cylinder (`rim.rs`). If the two are apart, one of these
 //! separates them, by the argument for polyhedra: the directions that do are a cone, and one that meets none of these would
 //! be that of a lone corner against a rim, which reaches the axis or the level. Yaw changes nothing.
 

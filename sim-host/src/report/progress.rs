@@ -66,7 +66,7 @@ fn spinner() -> ProgressBar {
 /// One line about what the controller thinks.
 fn thought(status: &Status) -> String {
     format!(
-        "{:7.3} s  {:?}: box at ({:+.1}, {:+.1}) mm, {:+.1} deg; sd {:.1}, {:.1} mm, {:.1} deg",
+        "{:7.3} s  {:?}: object at ({:+.1}, {:+.1}) mm, {:+.1} deg; sd {:.1}, {:.1} mm, {:.1} deg",
         status.tick as f32 * TICK_S,
         status.phase,
         status.belief.x_m * 1e3,

@@ -1,6 +1,6 @@
 //! Scenes: what stands where. Files in TOML (`docs/scenes.md`), some of them held by the program.
 //!
-//! * [`format`]: the fields as they are written; [`schema`]: for editors. [`built_in`]: the scenes that the program holds.
+//! * [`mod@format`]: the fields as they are written; [`schema`]: for editors. [`built_in`]: the scenes that the program holds.
 //! * [`shape`], [`mesh`], [`polyhedron`]: shapes from numbers and from mesh files.
 //! * `check`: which numbers make sense. [`mistake`]: what is wrong, with its line. [`account`]: what a scene is, in words.
 
