@@ -8,7 +8,7 @@ extern crate std;
 use std::vec::Vec as List;
 
 /// About a fingertip: eight corners.
-const TIP: Prism = Prism::new(
+pub(super) const TIP: Prism = Prism::new(
     &[
         [-0.0095, -0.0095],
         [0.02, -0.0095],

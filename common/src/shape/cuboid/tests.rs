@@ -2,24 +2,11 @@
 
 use super::*;
 use crate::shape::axis::{PARALLEL_SINE_SQ, cross_with_axis};
+use crate::shape::tests::TIP;
 use nalgebra::{Point3, Translation3, UnitQuaternion};
 use proptest::prelude::*;
 
 const HALF: [f32; 3] = [0.1, 0.05, 0.1];
-/// About a fingertip: eight corners.
-const TIP: Prism = Prism::new(
-    &[
-        [-0.0095, -0.0095],
-        [0.02, -0.0095],
-        [0.055, -0.0045],
-        [0.0575, 0.0],
-        [0.0545, 0.0065],
-        [0.045, 0.009],
-        [0.03, 0.0095],
-        [-0.0095, 0.0095],
-    ],
-    [-0.0115, 0.0115],
-);
 const BAR: Prism = Prism::new(&[[-0.02, -0.01], [0.08, -0.01], [0.08, 0.015], [-0.02, 0.015]], [-0.01, 0.01]);
 
 fn pose(t: [f32; 3], axis_angle: [f32; 3]) -> Isometry3<f32> {
