@@ -103,8 +103,12 @@ fn one_tick_in_c_commands_the_torques_and_believes_what_one_tick_in_rust_does() 
     assert_eq!(pose, belief.pose().to_array());
     let covariance: Vec<f32> = numbers(printed, "covariance").collect();
     assert_eq!(covariance, belief.covariance().as_slice());
-    let takes = format!("a controller takes {} of {} bytes", tactus_controller_size(), TACTUS_CONTROLLER_SIZE);
-    assert!(printed.contains(&takes), "{printed}");
+    // The library holds the default method's optimiser alone, these tests all of them.
+    let (_, takes) = printed.split_once("a controller takes ").expect("its size");
+    let (takes, rest) = takes.split_once(' ').expect("a number");
+    let takes: usize = takes.parse().expect("a number");
+    assert!((30_000..=tactus_controller_size()).contains(&takes), "{takes} of {} bytes", tactus_controller_size());
+    assert!(rest.starts_with(&format!("of {TACTUS_CONTROLLER_SIZE} bytes")), "{printed}");
 }
 
 #[test]
