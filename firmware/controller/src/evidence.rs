@@ -72,6 +72,16 @@ pub enum Toucher {
     Palm,
 }
 
+impl Toucher {
+    /// Can it have been this link that felt the contact?
+    pub fn has(self, link: HandLink) -> bool {
+        match self {
+            Self::Finger(finger) => link.finger() == Some(finger),
+            Self::Palm => link == HandLink::Palm,
+        }
+    }
+}
+
 /// One of these links touched the object.
 #[derive(Clone, Debug)]
 pub struct Contact {
@@ -178,11 +188,7 @@ impl EvidenceStore {
         let mut links: Vec<PosedLink, CONTACT_LINKS_MAX> = Vec::new();
         let mut lowest: Option<(f32, PosedLink)> = None;
         for (link, pose) in HandLink::ALL.iter().zip(poses) {
-            let is_of_toucher = match toucher {
-                Toucher::Finger(finger) => link.finger() == Some(finger),
-                Toucher::Palm => *link == HandLink::Palm,
-            };
-            if !is_of_toucher {
+            if !toucher.has(*link) {
                 continue;
             }
             let posed = PosedLink::new(pose, *link);

@@ -103,9 +103,9 @@ impl Planner {
             let Solid { in_body, shape, .. } = Solid::new(&object.shape)?;
             let hand_from_world = Pose::from(arm::hand_pose(&query.start_q_rad)).inverse();
             let pose = hand_from_world * Pose::from(object.pose.isometry(object.z_m)) * in_body;
-            Some(Load { pose, shape, near_table: false })
+            Some(Load::new(pose, shape))
         });
-        let lowered = carried.clone().map(|load| Load { near_table: true, ..load });
+        let lowered = carried.clone().map(Load::at_the_table);
         let lowering = Rules { object: None, carried: lowered, ..self.line_rules(query) };
         // Half the lift is left as room for a load that hangs askew.
         let margin = self.config.table_margin_m.min(0.5 * query.approach_height_m);

@@ -3,6 +3,7 @@
 use super::Joints;
 use super::body::{Body, HAND, ModelError, bodies};
 use crate::solid::Solid;
+use rapier3d::parry::bounding_volume::BoundingSphere;
 use rapier3d::parry::math::{Pose, Vector};
 use rapier3d::parry::query;
 use rapier3d::parry::shape::SharedShape;
@@ -26,11 +27,25 @@ pub struct Block {
 #[derive(Clone)]
 pub struct Load {
     /// Hand-from-shape.
-    pub pose: Pose,
+    pose: Pose,
     /// Its shape; a support map.
-    pub shape: SharedShape,
+    shape: SharedShape,
+    /// Bounding sphere, frame of the shape.
+    sphere: BoundingSphere,
     /// It comes from the table or goes down to it: only obstacles count.
-    pub near_table: bool,
+    near_table: bool,
+}
+
+impl Load {
+    /// A load off the table: its hand-from-shape pose and its shape.
+    pub fn new(pose: Pose, shape: SharedShape) -> Self {
+        Self { pose, sphere: shape.compute_local_bounding_sphere(), shape, near_table: false }
+    }
+
+    /// The same where it comes from the table or goes down to it.
+    pub fn at_the_table(self) -> Self {
+        Self { near_table: true, ..self }
+    }
 }
 
 /// How far parts of the robot keep from obstacles.
@@ -189,9 +204,8 @@ impl Scene {
     /// What a carried body runs into; its height is that of its lowest point.
     fn load_hit(&self, poses: &[Pose; HAND + 9], load: &Load, rules: &Rules) -> Option<Hit> {
         let world_from_shape = poses[HAND] * load.pose;
-        let sphere = load.shape.compute_local_bounding_sphere();
-        let centre = world_from_shape * sphere.center;
-        let near = |o: &Fixed| o.near(centre, sphere.radius, &load.shape, &world_from_shape, rules.obstacles.margin_m);
+        let (centre, radius_m) = (world_from_shape * load.sphere.center, load.sphere.radius);
+        let near = |o: &Fixed| o.near(centre, radius_m, &load.shape, &world_from_shape, rules.obstacles.margin_m);
         if self.obstacles.iter().any(near) {
             return Some(Hit::Obstacle);
         }

@@ -6,7 +6,7 @@
 
 use super::Tools;
 use super::closing::Closing;
-use super::grip::Grip;
+use super::grip::{Grip, SQUEEZE_TICKS};
 use super::withdraw::RETURN_RATE;
 use crate::executor::Motion;
 use crate::slip::{Slip, Slipping};
@@ -18,8 +18,6 @@ use tactus_common::reading::{HandCommand, JointReadings};
 const LOAD_TICKS: u32 = 100;
 /// A finger that closes this much further than at the grasp holds nothing any more, radians.
 const LOST_RAD: f32 = 0.2;
-/// Ticks to build up a new grip: 0.4 s.
-const SQUEEZE_TICKS: u32 = 200;
 /// The fingers leave the object at this speed, rad/s.
 const LEAVING_RAD_S: f32 = -0.5;
 /// After this angle they are clear of it, radians.
@@ -165,7 +163,7 @@ impl Carry {
             Step::Close(mut closing) => {
                 if !closing.step(tools, |_, _, _| ()) {
                     Step::Close(closing)
-                } else if holds(&closing) {
+                } else if closing.holds() {
                     self.grip.command(tools.hand);
                     Step::Squeeze { left: SQUEEZE_TICKS }
                 } else {
@@ -216,12 +214,6 @@ impl Carry {
         let closed = |f: usize| readings.motor_q_rad[f] - self.held_motor_rad[f] > LOST_RAD;
         closed(2) || (closed(0) && closed(1))
     }
-}
-
-/// Has something been met on both sides?
-fn holds(closing: &Closing) -> bool {
-    let [f1, f2, f3] = closing.onset_inner_rad();
-    f3.is_some() && (f1.is_some() || f2.is_some())
 }
 
 /// Stops: the object is gone.

@@ -32,6 +32,12 @@ impl Closing {
         self.onset_inner_rad
     }
 
+    /// Has something been met on both sides?
+    pub fn holds(&self) -> bool {
+        let [f1, f2, f3] = self.onset_inner_rad;
+        f3.is_some() && (f1.is_some() || f2.is_some())
+    }
+
     /// One tick; `onset` is called for each finger that begins to feel something, also for one that does not close.
     /// `true` once every finger stands.
     pub(super) fn step(&mut self, tools: &mut Tools, mut onset: impl FnMut(usize, f32, &mut Tools)) -> bool {

@@ -2,8 +2,9 @@
 
 use super::closing::Closing;
 use super::descent::{Descent, DescentEnd};
+use super::grip::{Grip, SQUEEZE_TICKS};
 use super::withdraw::Withdraw;
-use super::{Knowledge, Tools, grip};
+use super::{Knowledge, Tools};
 use crate::touch::layout::{Footprint, palm_height_m};
 use core::f32::consts::{FRAC_PI_2, PI};
 use tactus_common::limits::FINGERS;
@@ -19,8 +20,6 @@ const OPEN_RAD: f32 = 0.25;
 pub(super) const HALF_CLOSED_RAD: f32 = 0.6;
 /// A finger that comes this far has missed the object, radians.
 const CLOSED_RAD: f32 = 1.6;
-/// Ticks to build up the grip: 0.4 s.
-const SQUEEZE_TICKS: u32 = 200;
 
 /// Where the hand goes and how its fingers stand.
 #[derive(Clone, Copy, Debug)]
@@ -97,11 +96,10 @@ impl Grasp {
             },
             Step::Close(closing) => {
                 let closed = closing.step(tools, |_, _, _| ());
-                let [f1, f2, f3] = closing.onset_inner_rad();
                 if !closed {
                     None
-                } else if f3.is_some() && (f1.is_some() || f2.is_some()) {
-                    grip::squeeze(tools.hand);
+                } else if closing.holds() {
+                    Grip::default().command(tools.hand);
                     Some(Step::Squeeze { left: SQUEEZE_TICKS })
                 } else {
                     self.missed = true;

@@ -10,6 +10,8 @@ const PAIR_NM: f32 = 0.7;
 const SINGLE_NM: f32 = 1.1;
 /// What one step adds, as a share of the first grip.
 const STEP_SHARE: f32 = 0.18;
+/// Ticks to build up a grip: 0.4 s.
+pub const SQUEEZE_TICKS: u32 = 200;
 /// Most steps: F3 then pushes with 1.5 Nm, a third of its motor's continuous torque without losses (facts 2.4). A finger that has
 /// broken away hands three quarters of it, less friction, to its tip, whose sensor ends at 1 Nm.
 const STEPS_MAX: u8 = 2;
@@ -43,9 +45,4 @@ impl Grip {
             *motor = HandCommand::Torque(self.torque_nm(f));
         }
     }
-}
-
-/// Commands the first grip.
-pub fn squeeze(hand: &mut [HandCommand; HAND_MOTORS]) {
-    Grip::default().command(hand);
 }

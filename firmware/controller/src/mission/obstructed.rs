@@ -7,7 +7,7 @@ use tactus_common::robot::{HandLink, hand_prism};
 use tactus_common::shape::Obstacle;
 
 /// How exactly it is known where an obstacle stands, its size and the hand's errors included, metres.
-pub const OBSTACLE_UNCERTAINTY_M: f32 = 3e-3;
+const OBSTACLE_UNCERTAINTY_M: f32 = 3e-3;
 
 /// Can what `toucher` felt in this configuration have been an obstacle? One of its links is on the surface of one then, or
 /// inside; whether it touches the object as well is not asked: what may be either tells nothing.
@@ -17,11 +17,7 @@ pub fn may_have_touched<'o>(
     angles: &HandAngles,
     toucher: Toucher,
 ) -> bool {
-    let links = HandLink::ALL.map(|link| match toucher {
-        Toucher::Finger(finger) => link.finger() == Some(finger),
-        Toucher::Palm => link == HandLink::Palm,
-    });
-    is_near(obstacles, world_from_hand, angles, links, OBSTACLE_UNCERTAINTY_M)
+    is_near(obstacles, world_from_hand, angles, |link| toucher.has(link))
 }
 
 /// Does any link of the hand come nearer to an obstacle than it is known?
@@ -30,24 +26,23 @@ pub fn meets<'o>(
     world_from_hand: &Isometry3<f32>,
     angles: &HandAngles,
 ) -> bool {
-    is_near(obstacles, world_from_hand, angles, [true; HandLink::ALL.len()], OBSTACLE_UNCERTAINTY_M)
+    is_near(obstacles, world_from_hand, angles, |_| true)
 }
 
-/// Is one of the marked links nearer to an obstacle than this? Bounding spheres first: few pairs need more.
+/// Is one of these links nearer to an obstacle than that is known? Bounding spheres first: few pairs need more.
 fn is_near<'o>(
     obstacles: impl IntoIterator<Item = &'o Obstacle>,
     world_from_hand: &Isometry3<f32>,
     angles: &HandAngles,
-    links: [bool; HandLink::ALL.len()],
-    limit_m: f32,
+    is_meant: impl Fn(HandLink) -> bool,
 ) -> bool {
     let poses = hand::link_poses(world_from_hand, angles);
     obstacles.into_iter().any(|obstacle| {
         let obstacle_from_world = obstacle.isometry().inverse();
-        HandLink::ALL.into_iter().zip(&poses).zip(links).filter(|(_, marked)| *marked).any(|((link, pose), _)| {
+        HandLink::ALL.into_iter().zip(&poses).filter(|(link, _)| is_meant(*link)).any(|(link, pose)| {
             let (pose, prism) = (obstacle_from_world * pose, hand_prism(link));
-            obstacle.shape.separation_lower_bound_m(&pose, prism) < limit_m
-                && obstacle.shape.separation_below(&pose, prism, limit_m).is_some()
+            obstacle.shape.separation_lower_bound_m(&pose, prism) < OBSTACLE_UNCERTAINTY_M
+                && obstacle.shape.separation_below(&pose, prism, OBSTACLE_UNCERTAINTY_M).is_some()
         })
     })
 }

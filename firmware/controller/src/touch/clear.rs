@@ -50,15 +50,11 @@ impl Chooser {
         }
         while let Some(choice) = self.ranked.get(self.clearance.rank) {
             let plan = choice.plan;
-            match self.look(&plan, obstacles, believed, work)? {
-                Look::Free => self.clearance.next_touch(),
-                Look::Obstructed => {
-                    if let Some(obstructed) = self.clearance.obstructed.get_mut(usize::from(plan.id)) {
-                        *obstructed = true;
-                    }
-                    self.clearance.next_touch();
-                }
+            let is_obstructed = self.is_obstructed(&plan, obstacles, believed, work)?;
+            if let Some(obstructed) = self.clearance.obstructed.get_mut(usize::from(plan.id)) {
+                *obstructed = is_obstructed;
             }
+            self.clearance.next_touch();
         }
         let obstructed = self.clearance.obstructed;
         let is_last = |id: u8| obstructed.get(usize::from(id)) == Some(&true);
@@ -66,14 +62,14 @@ impl Chooser {
         Some(&self.ranked)
     }
 
-    /// Looks at one touch; `None` if the work did not suffice.
-    fn look(
+    /// Would one touch meet an obstacle? `None` if the work did not suffice.
+    fn is_obstructed(
         &mut self,
         plan: &TouchPlan,
         obstacles: &[Option<Obstacle>],
         believed: &PlanarPose,
         work: &mut Work,
-    ) -> Option<Look> {
+    ) -> Option<bool> {
         let world_from_hand = plan.world_from_hand(believed, &self.shape);
         loop {
             let (shape, pose) = match self.clearance.against.checked_sub(1) {
@@ -84,7 +80,7 @@ impl Chooser {
                         self.clearance.against += 1;
                         continue;
                     }
-                    None => return Some(Look::Free),
+                    None => return Some(false),
                 },
             };
             if !work.is_left_for(shape) {
@@ -105,19 +101,13 @@ impl Chooser {
                 Some(obstacle) => {
                     work.spend(obstacle.shape.separation_cost());
                     if is_in_the_way(&felt, &self.clearance.object) || is_near_palm(obstacle, &world_from_hand) {
-                        return Some(Look::Obstructed);
+                        return Some(true);
                     }
                 }
             }
             self.clearance.against += 1;
         }
     }
-}
-
-/// What a look at a touch has shown.
-enum Look {
-    Free,
-    Obstructed,
 }
 
 /// Would a finger meet the obstacle before the object?
