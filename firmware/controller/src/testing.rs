@@ -395,6 +395,7 @@ impl Desk {
         felt.palm |= self.felt.palm;
         for f in 0..FINGERS {
             felt.fingers[f] |= self.felt.fingers[f];
+            felt.knocked[f] |= self.felt.knocked[f];
         }
         let images = core::mem::take(&mut self.images);
         let links = self.bench.links();

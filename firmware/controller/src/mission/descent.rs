@@ -17,6 +17,8 @@ const PRESHAPE_TICKS_MAX: u32 = 1_500;
 /// Where the descent is.
 #[derive(Clone, Copy, Debug)]
 enum Step {
+    /// Nothing done yet. The hand is free, whatever it has held or lost before: what it feels now is what nothing feels like.
+    Begin,
     /// On the way to the place above; fingers to their preshape.
     Approach { waited: u32 },
     /// Stands above; lets vibration die.
@@ -55,12 +57,17 @@ pub struct Descent {
 impl Descent {
     /// A descent with these finger angles.
     pub fn new(preshape: Preshape) -> Self {
-        Self { preshape, step: Step::Approach { waited: 0 } }
+        Self { preshape, step: Step::Begin }
     }
 
     /// One tick.
     pub(super) fn step(&mut self, know: &mut Knowledge, tools: &mut Tools) -> DescentEnd {
         self.step = match self.step {
+            Step::Begin => {
+                tools.onset.reset();
+                hand::preshape(&self.preshape, tools);
+                Step::Approach { waited: 0 }
+            }
             Step::Approach { .. }
                 if tools.executor.motion() == Motion::Travelling && tools.felt.knocked.contains(&true) =>
             {

@@ -10,7 +10,9 @@ use crate::onset::Felt;
 use crate::testing::{BOX, Desk, TRUTH};
 use crate::touch::candidate;
 use std::vec::Vec;
+use tactus_common::limits::PADS;
 use tactus_common::pose::PlanarPose;
+use tactus_common::reading::JointReadings;
 use tactus_common::robot::arm;
 use tactus_common::shape::{ObjectShape, Obstacle};
 
@@ -187,6 +189,25 @@ fn what_is_felt_on_the_way_to_the_place_above_is_not_evidence() {
     rig.desk.felt = Felt::default();
     rig.until_over();
     assert!(rig.know.store.contacts().is_empty());
+}
+
+#[test]
+fn what_fingers_felt_before_they_were_free_stops_no_approach() {
+    let mut rig = Rig::new(0, &TRUTH);
+    // An object that is torn out of the hand drags at the tips; free again, they seem to push for ever.
+    let free = rig.desk.bench.readings(0);
+    let dragged = JointReadings { tip_torque_nm: free.tip_torque_nm.map(|free_nm| free_nm - 0.2), ..free };
+    (0..500).for_each(|_| assert!(!rig.desk.onset.feel(&dragged, &[None; PADS]).any()));
+    (0..5_000).for_each(|_| assert_eq!(rig.desk.onset.feel(&free, &[None; PADS]).knocked, [true; FINGERS]));
+    while rig.desk.executor.motion() == Motion::Travelling {
+        rig.tick();
+        rig.desk.felt = rig.desk.onset.feel(&free, &[None; PADS]);
+    }
+    assert_eq!(rig.desk.executor.motion(), Motion::AtGuard, "it arrived above");
+    rig.desk.felt = Felt::default();
+    let onsets = rig.until_over();
+    assert!(onsets.iter().all(Option::is_some), "{onsets:?}");
+    assert!(rig.know.store.contacts().iter().all(|c| c.kind == ContactKind::Closing));
 }
 
 #[test]
