@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 pub(super) const PARALLEL_SINE_SQ: f32 = 1e-4;
 
 /// More than the rounding error of a separation, in metres and relative to it, for a link within metres of the object.
-const ROUNDING: f32 = 1e-5;
+pub(super) const ROUNDING: f32 = 1e-5;
 
 /// A convex body, by how far it reaches.
 pub(super) trait Body {
@@ -116,20 +116,23 @@ impl Best {
         (self.distance_m < limit_m && self.distance_m.is_finite()).then(|| self.finish(body, placed))
     }
 
+    /// The separation along the winning axis.
+    pub fn finish(&self, body: &impl Body, placed: &Placed) -> Separation {
+        self.finish_at(&placed.lowest_corner(&self.normal), &body.farthest_m(&self.normal))
+    }
+
     /// Gradient and witness of the winning axis `n`. With `a`, `b` the supporting points of link and object,
     /// `distance = n . (a - b)`, so `d distance = n . da + dn . (a - b)`: exact whichever features support.
-    pub fn finish(&self, body: &impl Body, placed: &Placed) -> Separation {
+    pub fn finish_at(&self, on_link: &Vector3<f32>, on_object: &Vector3<f32>) -> Separation {
         let n = self.normal;
-        let on_link = placed.lowest_corner(&n);
-        let on_object = body.farthest_m(&n);
         let (yaw_slope, witness) = match self.kind {
-            AxisKind::Object => (n.dot(&turn(&on_link)), on_link),
-            AxisKind::Link => (n.dot(&turn(&on_object)), on_object),
+            AxisKind::Object => (n.dot(&turn(on_link)), *on_link),
+            AxisKind::Link => (n.dot(&turn(on_object)), *on_object),
             AxisKind::Edges { of_object, of_link, sign } => {
                 let length = of_object.cross(&of_link).norm();
                 let turned = of_object.cross(&turn(&of_link)) * (sign / length);
                 let axis_rate = turned - n * n.dot(&turned);
-                (n.dot(&turn(&on_link)) + axis_rate.dot(&(on_link - on_object)), on_link)
+                (n.dot(&turn(on_link)) + axis_rate.dot(&(on_link - on_object)), *on_link)
             }
         };
         Separation {

@@ -43,7 +43,7 @@ impl<'p> Placed<'p> {
     pub fn sides(&self) -> impl Iterator<Item = (Side, &Vector3<f32>)> {
         let [ax, ay, _] = self.axes;
         let side = move |[x, y]: &[f32; 2]| Side { along: ax * *x + ay * *y, outward: ax * *y - ay * *x };
-        self.prism.sides().map(side).zip(self.base())
+        self.prism.sides().iter().map(side).zip(self.base())
     }
 
     /// The faces: unit normal outwards, and a point on the face.

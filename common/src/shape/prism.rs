@@ -62,8 +62,8 @@ impl Prism {
     }
 
     /// Unit vector along each side, from its corner to the next; (1, 0) for a side without length.
-    pub(super) fn sides(&self) -> impl Iterator<Item = &[f32; 2]> {
-        self.sides.iter().take(self.corners_m.len())
+    pub(super) fn sides(&self) -> &[[f32; 2]] {
+        self.sides.get(..self.corners_m.len()).unwrap_or(&self.sides)
     }
 }
 

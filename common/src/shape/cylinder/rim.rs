@@ -60,8 +60,12 @@ impl Across {
             let y = p.dot(&w) - body.half_height_m * self.c;
             let beside = x - body.radius_m;
             // The separation from the rim's outermost point alone: no axis between the two directions does better.
-            let at_most_m = if beside > 0.0 && y > 0.0 { libm::hypotf(beside, y) } else { beside.max(y) };
-            if at_most_m <= best_m || !may_support(&u, &w) {
+            let no_better = if beside > 0.0 && y > 0.0 {
+                best_m > 0.0 && beside * beside + y * y <= best_m * best_m
+            } else {
+                beside <= best_m && y <= best_m
+            };
+            if no_better || !may_support(&u, &w) {
                 return None;
             }
             let t = self.root(body.radius_m, x.max(X_MIN_M), y)?;
@@ -103,10 +107,13 @@ pub(super) fn offer(body: &Cylinder, placed: &Placed, best: &mut Best) {
         if let Some(across) = Across::new(&side.along) {
             // The edge of the upper polygon is the lowest where the axis falls along the prism, that of the lower one where
             // it rises, and neither where the axis does not point into the side.
-            let into = |u: &Vector3<f32>, w: &Vector3<f32>| u.dot(&side.outward) < 0.0 || w.dot(&side.outward) < 0.0;
             for (z_m, rises) in [(placed.prism.z_m[0], true), (placed.prism.z_m[1], false)] {
                 let p = corner + up * z_m;
-                for normal in across.axes(body, &p, best.distance_m, into).into_iter().flatten() {
+                let supports = |u: &Vector3<f32>, w: &Vector3<f32>| {
+                    (u.dot(&side.outward) < 0.0 || w.dot(&side.outward) < 0.0)
+                        && ((u.dot(&up) > 0.0) == rises || (w.dot(&up) > 0.0) == rises)
+                };
+                for normal in across.axes(body, &p, best.distance_m, supports).into_iter().flatten() {
                     let along = normal.dot(&up);
                     if normal.dot(&side.outward) < 0.0 && (along > 0.0) == rises {
                         best.offer(normal.dot(&p) - body.reach_m(&normal), normal, AxisKind::Object);
