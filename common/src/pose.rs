@@ -58,6 +58,12 @@ impl PlanarPose {
         if symmetry_rad > 0.0 { wrap(self.phi_rad - other.phi_rad, symmetry_rad) } else { 0.0 }
     }
 
+    /// The pose of the world in this object's frame.
+    pub fn inverse(&self) -> PlanarPose {
+        let (s, c) = libm::sincosf(self.phi_rad);
+        PlanarPose::new(-c * self.x_m - s * self.y_m, s * self.x_m - c * self.y_m, -self.phi_rad)
+    }
+
     /// `self * local`: a planar pose given in this object's frame, expressed in the world.
     pub fn compose(&self, local: &PlanarPose) -> PlanarPose {
         let (s, c) = libm::sincosf(self.phi_rad);
@@ -144,6 +150,15 @@ mod tests {
         let whole = Interval { x_m: 0.1, y_m: 0.2, phi_rad: 0.3 };
         assert_eq!([1, 2, 3].map(|dof| whole.of_first(dof).dof()), [1, 2, 3]);
         assert_eq!(whole.of_first(2), Interval { phi_rad: 0.0, ..whole });
+    }
+
+    #[test]
+    fn a_pose_composed_with_its_inverse_is_the_world_itself() {
+        for pose in [PlanarPose::new(0.2, -0.1, 0.4), PlanarPose::new(-3.0, 2.0, -2.5), PlanarPose::default()] {
+            for nothing in [pose.compose(&pose.inverse()), pose.inverse().compose(&pose)] {
+                assert!(nothing.to_array().iter().all(|v| v.abs() < 1e-6), "{nothing:?}");
+            }
+        }
     }
 
     #[test]

@@ -143,6 +143,7 @@ fn encoded_messages_reach_the_bounds_that_the_schema_gives() {
         displacement_m: [0.0; 2],
         mass_kg: 0.6,
         trials_max: 255,
+        robot_base: tactus_common::robot::MOUNT,
         method: Method { evaluations_max: u16::MAX, ..Method::DEFAULT },
     };
     let sphere = ObjectShape::Sphere { radius_m: 0.05 };

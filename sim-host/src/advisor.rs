@@ -3,6 +3,7 @@
 use crate::mental::{Closing, MentalModel, RolloutInput};
 use crate::plan::{ObjectEstimate, PlanQuery, PlanRefusal, Planner, PlannerConfig, Purpose as PlanPurpose};
 use crate::world::HandStart;
+use nalgebra::Isometry3;
 use tactus_common::limits::{ARM_JOINTS, FINGERS};
 use tactus_common::message::{
     PlanAnswer, PlanRequest, Purpose, ROLLOUT_INSTANTS, ROLLOUT_TICKS_MAX, RefusalReason, RolloutRequest, RolloutResult,
@@ -49,16 +50,20 @@ pub struct Advisor {
 }
 
 impl Advisor {
-    /// Ready for questions about an object of this shape among these obstacles.
+    /// Ready for questions about an object of this shape among these obstacles, and a robot whose base stands at `robot_base`.
     ///
     /// # Errors
     /// The planner cannot use the robot description.
-    pub fn new<'o>(shape: ObjectShape, obstacles: impl IntoIterator<Item = &'o Obstacle>) -> anyhow::Result<Self> {
+    pub fn new<'o>(
+        shape: ObjectShape,
+        robot_base: &PlanarPose,
+        obstacles: impl IntoIterator<Item = &'o Obstacle>,
+    ) -> anyhow::Result<Self> {
         let obstacles: Vec<Obstacle> = obstacles.into_iter().copied().collect();
         let robot = urdf_rs::read_from_string(source::URDF)?;
         Ok(Self {
-            planner: Planner::new(&robot, PlannerConfig::default(), &obstacles)?,
-            mental: MentalModel::new()?.among(&obstacles),
+            planner: Planner::new(&robot, PlannerConfig::default(), robot_base, &obstacles)?,
+            mental: MentalModel::new()?.among(&obstacles).with_robot_at(robot_base),
             shape,
             is_cluttered: !obstacles.is_empty(),
         })
@@ -74,7 +79,7 @@ impl Advisor {
 
     /// Asks the planner.
     fn plan(&mut self, request: &PlanRequest, effective: u32) -> PlanAnswer {
-        let query = query(request, &self.shape);
+        let query = query(request, &self.shape, self.planner.robot_base());
         let result = match self.planner.plan(&query) {
             Err(PlanRefusal::NoPath) if request.purpose == Purpose::Transport => {
                 self.lifted(query).ok_or(PlanRefusal::NoPath)
@@ -103,7 +108,7 @@ impl Advisor {
 pub fn roll_out(mental: &MentalModel, shape: &ObjectShape, request: &RolloutRequest, effective: u32) -> RolloutResult {
     let ticks = request.ticks.min(ROLLOUT_TICKS_MAX);
     let input = RolloutInput {
-        world_from_hand: arm::hand_pose(&request.arm_q_rad),
+        world_from_hand: mental.hand_pose(&request.arm_q_rad),
         start: HandStart { inner_rad: request.preshape.inner_rad, spread_rad: request.preshape.spread_rad },
         closing: Closing::Together,
         speed_rad_s: request.closing_rad_s,
@@ -126,8 +131,8 @@ pub fn roll_out(mental: &MentalModel, shape: &ObjectShape, request: &RolloutRequ
 }
 
 /// What a request asks of the planner.
-fn query(request: &PlanRequest, shape: &ObjectShape) -> PlanQuery {
-    let displaced = |mut pose: nalgebra::Isometry3<f32>| {
+fn query(request: &PlanRequest, shape: &ObjectShape, robot_base: &PlanarPose) -> PlanQuery {
+    let displaced = |mut pose: Isometry3<f32>| {
         pose.translation.x += request.displacement_m[0];
         pose.translation.y += request.displacement_m[1];
         pose
@@ -136,7 +141,9 @@ fn query(request: &PlanRequest, shape: &ObjectShape) -> PlanQuery {
     let (goal, next) = match request.purpose {
         Purpose::Touch => (above, None),
         Purpose::Grasp => (above, Some(displaced(above))),
-        Purpose::Transport | Purpose::Retreat => (displaced(arm::hand_pose(&request.start_q_rad)), None),
+        Purpose::Transport | Purpose::Retreat => {
+            (displaced(arm::hand_pose_from(robot_base, &request.start_q_rad)), None)
+        }
     };
     let purpose = match request.purpose {
         Purpose::Touch => PlanPurpose::Touch,
@@ -179,7 +186,7 @@ pub fn plan_touch(
         belief: *believed,
         covariance: [0.0; 6],
     };
-    planner.plan(&query(&request, shape))
+    planner.plan(&query(&request, shape, planner.robot_base()))
 }
 
 /// The believed object, grown by its uncertainty.

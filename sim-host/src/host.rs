@@ -133,7 +133,7 @@ impl Host {
     pub fn new(world: World, setup: Setup, pace: Pace) -> anyhow::Result<Self> {
         Ok(Self {
             world,
-            desk: Desk::new(Advisor::new(setup.shape, setup.obstacles.iter().flatten())?),
+            desk: Desk::new(Advisor::new(setup.shape, &setup.robot_base, setup.obstacles.iter().flatten())?),
             setup,
             setups: 1,
             ideal_sensors: false,

@@ -12,10 +12,11 @@ use crate::world::{LINK_CONTACT_N, Mismatch, Scene, Standing, WorldError, integr
 use nalgebra::Isometry3;
 use rapier3d::parry::query;
 use rapier3d::prelude::*;
-use tactus_common::limits::{FINGERS, HAND_LINKS, TICK_S};
+use tactus_common::limits::{ARM_JOINTS, FINGERS, HAND_LINKS, TICK_S};
 use tactus_common::message::ROLLOUT_INSTANTS;
 use tactus_common::pose::PlanarPose;
 use tactus_common::reading::HandCommand;
+use tactus_common::robot::{MOUNT, arm};
 use tactus_common::shape::{ObjectShape, Obstacle};
 
 /// Physics steps in one tick of the mental world; coarser than reality, as only contacts at low speed matter.
@@ -104,6 +105,7 @@ pub struct MentalModel {
     params: HandParams,
     numbers: Mismatch,
     obstacles: Vec<Standing>,
+    robot_base: PlanarPose,
 }
 
 impl MentalModel {
@@ -123,7 +125,7 @@ impl MentalModel {
     pub fn of(numbers: &Mismatch) -> Result<Self, WorldError> {
         let model = RobotModel::shipped()?;
         let params = HandParams::new(&model, &numbers.breakaway);
-        Ok(Self { model, params, numbers: *numbers, obstacles: Vec::new() })
+        Ok(Self { model, params, numbers: *numbers, obstacles: Vec::new(), robot_base: MOUNT })
     }
 
     /// The same world with these obstacles on its table. They do not move there, whatever they do in reality.
@@ -135,6 +137,16 @@ impl MentalModel {
             free_kg: None,
         };
         Self { obstacles: obstacles.iter().enumerate().map(standing).collect(), ..self }
+    }
+
+    /// The same world with the robot's base standing at `robot_base`.
+    pub fn with_robot_at(self, robot_base: &PlanarPose) -> Self {
+        Self { robot_base: *robot_base, ..self }
+    }
+
+    /// World-from-hand pose at these joint angles of the arm, radians.
+    pub fn hand_pose(&self, arm_q_rad: &[f32; ARM_JOINTS]) -> Isometry3<f32> {
+        arm::hand_pose_from(&self.robot_base, arm_q_rad)
     }
 
     /// Rolls one touch out.

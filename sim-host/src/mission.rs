@@ -343,6 +343,7 @@ pub fn prepare(options: &MissionOptions, pace: Pace) -> anyhow::Result<Host> {
         displacement_m: options.scenario.displacement_m,
         mass_kg: options.scenario.object.mass_kg,
         trials_max: options.trials_max,
+        robot_base: options.scenario.robot_base,
         method: options.method.method,
     };
     let host = Host::new(world, setup, pace)?;

@@ -192,8 +192,8 @@ fn bodies_in_one_another_off_the_table_or_in_the_robot_are_refused_by_line_and_f
         (
             "base.toml",
             "[table]",
-            "robot_base_pose = [0, 0, 0]\n[table]",
-            &["line 7", "robot_base_pose", "cannot be set"],
+            "robot_base_pose = [0.2, -0.2, 0]\n[table]",
+            &["line 7, column 19", "robot_base_pose", "overlap", "mm"],
         ),
     ] {
         let text = SCENE.replacen(from, to, 1);

@@ -204,6 +204,7 @@ fn the_longest_messages_fit_their_buffers() {
         displacement_m: [widest; 2],
         mass_kg: widest,
         trials_max: 255,
+        robot_base: pose(),
         method: Method { evaluations_max: u16::MAX, ..Method::DEFAULT },
     };
     let rollout = RolloutResult {

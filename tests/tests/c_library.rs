@@ -83,6 +83,7 @@ fn one_tick_in_c_commands_the_torques_and_believes_what_one_tick_in_rust_does() 
         displacement_m: [-0.5, 0.0],
         mass_kg: 0.6,
         trials_max: 12,
+        robot_base: tactus_common::robot::MOUNT,
         method: Method::default(),
     };
     let readings = JointReadings {

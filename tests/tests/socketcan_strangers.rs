@@ -76,6 +76,7 @@ fn a_world_of_another_version_is_refused_by_the_controller_which_names_both() {
         displacement_m: [-0.5, 0.0],
         mass_kg: 0.6,
         trials_max: 8,
+        robot_base: tactus_common::robot::MOUNT,
         method: Method::default(),
     };
     let mut bus = bus();

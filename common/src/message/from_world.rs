@@ -30,6 +30,8 @@ pub struct Setup {
     pub mass_kg: f32,
     /// Most touches before the mission gives up.
     pub trials_max: u8,
+    /// Where the robot's base stands, on the table's level: its frame's pose in the world.
+    pub robot_base: PlanarPose,
     /// How the pose is to be found.
     pub method: Method,
 }

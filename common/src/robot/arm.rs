@@ -2,20 +2,21 @@
 
 use super::tables::{ARM_ORIGINS, HAND_MOUNT, MOUNT_XYZ_M, MOUNT_YAW_RAD};
 use crate::limits::ARM_JOINTS;
-use nalgebra::{Isometry3, SMatrix, Translation3, UnitQuaternion, Vector3};
+use crate::pose::PlanarPose;
+use nalgebra::{Isometry3, SMatrix, UnitQuaternion, Vector3};
 
-/// World-from-base transform of the mounted arm.
-pub fn world_from_base() -> Isometry3<f32> {
-    let [x, y, z] = MOUNT_XYZ_M;
-    Isometry3::from_parts(
-        Translation3::new(x, y, z),
-        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), MOUNT_YAW_RAD),
-    )
+/// Where the arm's base stands unless a scene says otherwise: x, y (metres) and yaw (radians) of its frame in the world.
+pub const MOUNT: PlanarPose = PlanarPose::new(MOUNT_XYZ_M[0], MOUNT_XYZ_M[1], MOUNT_YAW_RAD);
+
+/// World-from-base transform of an arm whose base stands at `mount`, on the table's level.
+pub fn world_from_base(mount: &PlanarPose) -> Isometry3<f32> {
+    mount.isometry(MOUNT_XYZ_M[2])
 }
 
-/// World-from-link poses at the joint angles `q_rad`: arm links 1..7, then the hand frame (mounting plane).
+/// World-from-link poses at the joint angles `q_rad`, with the base at [`MOUNT`]: arm links 1..7, then the hand frame
+/// (mounting plane).
 pub fn link_poses(q_rad: &[f32; ARM_JOINTS]) -> [Isometry3<f32>; 8] {
-    link_poses_from(&world_from_base(), q_rad)
+    link_poses_from(&world_from_base(&MOUNT), q_rad)
 }
 
 /// As [`link_poses`], for a base that stands at `world_from_base`.
@@ -31,14 +32,19 @@ pub fn link_poses_from(world_from_base: &Isometry3<f32>, q_rad: &[f32; ARM_JOINT
     poses
 }
 
-/// World-from-hand pose at the joint angles `q_rad`.
+/// World-from-hand pose at the joint angles `q_rad`, with the base at [`MOUNT`].
 pub fn hand_pose(q_rad: &[f32; ARM_JOINTS]) -> Isometry3<f32> {
-    let poses = link_poses(q_rad);
+    hand_pose_from(&MOUNT, q_rad)
+}
+
+/// As [`hand_pose`], with the base at `mount`.
+pub fn hand_pose_from(mount: &PlanarPose, q_rad: &[f32; ARM_JOINTS]) -> Isometry3<f32> {
+    let poses = link_poses_from(&world_from_base(mount), q_rad);
     poses[7]
 }
 
 /// Jacobian of the hand frame's origin at the joint angles `q_rad`: rows 0-2 its velocity, rows 3-5 the hand's
-/// angular velocity, both along world axes, per unit of joint speed (m/rad and rad/rad).
+/// angular velocity, both along world axes with the base at [`MOUNT`], per unit of joint speed (m/rad and rad/rad).
 pub fn jacobian(q_rad: &[f32; ARM_JOINTS]) -> SMatrix<f32, 6, 7> {
     let poses = link_poses(q_rad);
     jacobian_at(&poses, &poses[7].translation.vector)

@@ -4,7 +4,7 @@
 //! centre to wrist centre. 0 = elbow straight above that line; positive turns it anticlockwise seen along the line from
 //! the wrist towards the shoulder. (Should the line be vertical, 0 = elbow towards the base's +x.)
 
-use super::arm::{link_poses_from, world_from_base};
+use super::arm::{MOUNT, link_poses_from, world_from_base};
 use super::tables::{ARM_LIMITS, ELBOW_OFFSET_M, FLANGE_M, FOREARM_M, SHOULDER_HEIGHT_M, UPPER_ARM_M};
 use crate::limits::ARM_JOINTS;
 use core::f32::consts::{PI, TAU};
@@ -114,7 +114,7 @@ fn zyz(r: &Matrix3<f32>) -> [[f32; 3]; 2] {
     })
 }
 
-/// All joint angles that bring the hand to `world_from_hand` with the elbow at `swivel_rad`, within the limits.
+/// All joint angles that bring the hand of an arm at [`MOUNT`] to `world_from_hand` with the elbow at `swivel_rad`, within the limits.
 ///
 /// # Errors
 /// Says what stands in the way; see [`Unreachable`].
@@ -122,7 +122,7 @@ pub fn solve(
     world_from_hand: &Isometry3<f32>,
     swivel_rad: f32,
 ) -> Result<Vec<[f32; ARM_JOINTS], SOLUTIONS_MAX>, Unreachable> {
-    let hand = world_from_base().inverse() * world_from_hand;
+    let hand = world_from_base(&MOUNT).inverse() * world_from_hand;
     let turn = hand.rotation.to_rotation_matrix().into_inner();
     let wrist =
         hand.translation.vector - turn * Vector3::new(0.0, 0.0, FLANGE_M) - Vector3::new(0.0, 0.0, SHOULDER_HEIGHT_M);

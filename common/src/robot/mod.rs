@@ -14,7 +14,7 @@ pub mod inverse;
 pub mod source;
 pub mod tables;
 
-pub use arm::world_from_base;
+pub use arm::{MOUNT, world_from_base};
 pub use hand::{HandLink, hand_prism};
 pub use tables::{
     ARM_LIMITS, FINGER_LIMIT, FINGERTIP_TAXELS, Inertial, JointLimit, JointOrigin, PALM_TAXELS, SPREAD_LIMIT,

@@ -187,6 +187,7 @@ impl Controller {
     fn run(&mut self, readings: &JointReadings, felt: Felt, inputs: &Inputs, out: &mut Outputs) {
         self.ensure_reference(readings);
         let mut tools = Tools {
+            robot_base: self.mission.robot_base(),
             readings,
             felt,
             images: &inputs.images,

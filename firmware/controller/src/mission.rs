@@ -178,6 +178,11 @@ impl Mission {
         self.payload_kg
     }
 
+    /// Where the robot's base stands.
+    pub fn robot_base(&self) -> PlanarPose {
+        self.knowledge.setup.robot_base
+    }
+
     /// The believed pose.
     pub fn believed(&self) -> Option<PlanarPose> {
         self.begun.then(|| self.knowledge.belief.pose())

@@ -457,6 +457,7 @@ fn setup_of(payload: &[u8]) -> Option<(Setup, Option<u64>)> {
         displacement_m: [0.0; 2],
         mass_kg: 0.0,
         trials_max: 0,
+        robot_base: PlanarPose::default(),
         method: Method::DEFAULT,
     };
     Some((setup, Some(version)))

@@ -22,7 +22,7 @@ use tactus_common::pose::{Interval, PlanarPose};
 use tactus_common::reading::{HandCommand, JointReadings, TactileImage, Validity};
 use tactus_common::robot::hand::{self, HandAngles};
 use tactus_common::robot::tables::{FINGER_LIMIT, SPREAD_LIMIT};
-use tactus_common::robot::{ARM_LIMITS, HandLink, arm, dynamics, hand_prism, inverse};
+use tactus_common::robot::{ARM_LIMITS, HandLink, MOUNT, arm, dynamics, hand_prism, inverse};
 use tactus_common::shape::ObjectShape;
 use tactus_common::trajectory::{Knot, Trajectory};
 
@@ -53,6 +53,7 @@ pub fn setup() -> Setup {
         displacement_m: [-0.5, 0.0],
         mass_kg: 0.6,
         trials_max: 12,
+        robot_base: MOUNT,
         method: Method::default(),
     }
 }
@@ -401,6 +402,7 @@ impl Desk {
         let links = self.bench.links();
         self.out = Outputs::idle(self.tick);
         let mut tools = Tools {
+            robot_base: MOUNT,
             readings: &readings,
             felt,
             images: &images,

@@ -7,8 +7,10 @@ use crate::result::TactusResult;
 use tactus_common::limits::OBSTACLES_MAX;
 use tactus_common::message::{FailureReason, FaultReason, Outcome, Phase, SCHEMA_VERSION, Setup};
 use tactus_common::method::Method;
+use tactus_common::robot::MOUNT;
 
-/// A mission: all that the controller is told about the object's place; the rest it must feel.
+/// A mission: all that the controller is told about the object's place; the rest it must feel. The robot's base stands where
+/// the robot's description has it: world x = -0.05 m, y = -0.6 m, yaw = pi/2.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TactusSetup {
@@ -40,6 +42,7 @@ impl TactusSetup {
             displacement_m: self.displacement_m,
             mass_kg: self.mass_kg,
             trials_max: self.trials_max,
+            robot_base: MOUNT,
             method: Method::default(),
         })
     }

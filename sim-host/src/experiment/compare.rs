@@ -184,7 +184,7 @@ pub fn run(options: &CompareOptions, csv: Option<&Path>) -> anyhow::Result<(Stat
         "offset": options.offset.to_array(),
     });
     let experiment = Experiment::new("compare", &options.conditions, settings, None, csv);
-    let mental = MentalModel::new()?.among(&options.conditions.scenario.known_obstacles());
+    let mental = options.conditions.scenario.mental_model()?;
     let per_dof = options.count as usize;
     let rows: Vec<Vec<Row>> = experiment.carry_out("problems", per_dof * options.dofs.len(), |i| {
         solve(options, i % per_dof, options.dofs[i / per_dof], &mental)

@@ -156,7 +156,7 @@ pub fn run(options: &GridOptions, csv: Option<&Path>) -> anyhow::Result<(Statist
             experiment.carry_out("starts", count, |i| Ok(search_replan(options, &replan, &options.grid.pose(i))))?
         }
         Formulation::Fixed => {
-            let mental = MentalModel::new()?.among(&options.conditions.scenario.known_obstacles());
+            let mental = options.conditions.scenario.mental_model()?;
             experiment.carry_out("starts", count, |i| search_fixed(options, i, &mental))?
         }
     };

@@ -73,8 +73,13 @@ impl Replan {
         let obstacles = scenario.known_obstacles();
         let touch = candidate(0, &shape).ok_or_else(|| anyhow::anyhow!("no touch for this object"))?;
         Ok(Self {
-            planner: Planner::new(&urdf_rs::read_from_string(source::URDF)?, PlannerConfig::default(), &obstacles)?,
-            mental: MentalModel::new()?.among(&obstacles),
+            planner: Planner::new(
+                &urdf_rs::read_from_string(source::URDF)?,
+                PlannerConfig::default(),
+                &scenario.robot_base,
+                &obstacles,
+            )?,
+            mental: MentalModel::new()?.among(&obstacles).with_robot_at(&scenario.robot_base),
             reality: MentalModel::of(&reality.mismatch(scenario, seed))?.among(&obstacles),
             shape,
             truth,

@@ -5,7 +5,6 @@ use super::conduct::Experiment;
 use super::grid::GridOptions;
 use super::method::Formulation;
 use super::record::Record;
-use crate::mental::MentalModel;
 use crate::method::MethodOptions;
 use crate::mission::guess_around;
 use serde::{Deserialize, Serialize};
@@ -98,7 +97,7 @@ pub fn run(options: &GridOptions, csv: Option<&Path>) -> anyhow::Result<(Statist
             let last = captured
                 .last()
                 .ok_or_else(|| anyhow::anyhow!("the mission of seed {seed} touched nothing; expected another seed"))?;
-            let mental = MentalModel::new()?.among(&options.conditions.scenario.known_obstacles());
+            let mental = options.conditions.scenario.mental_model()?;
             let error = options.method.fixed_error(last, &mental);
             experiment.carry_out("poses", count, |i| Ok(row(options, i, Ok(error(&options.grid.pose(i))))))?
         }

@@ -27,7 +27,8 @@ use rapier3d::parry::math::Pose;
 use scene::{Clearance, Load, Rules, Scene};
 use stroke::Stroke;
 use tactus_common::limits::ARM_JOINTS;
-use tactus_common::robot::{ARM_LIMITS, arm, inverse};
+use tactus_common::pose::PlanarPose;
+use tactus_common::robot::{ARM_LIMITS, MOUNT, arm, inverse};
 use tactus_common::shape::Obstacle;
 use tactus_common::trajectory::{Knot, Trajectory};
 use timing::{Pace, knots_along};
@@ -39,6 +40,9 @@ pub type Joints = [f32; ARM_JOINTS];
 pub struct Planner {
     scene: Scene,
     config: PlannerConfig,
+    robot_base: PlanarPose,
+    /// From the world to the frame in which the base stands at [`MOUNT`], where all planning is done; `None` if they are one.
+    mount_from_world: Option<PlanarPose>,
 }
 
 /// One rest-to-rest part of a motion.
@@ -48,19 +52,32 @@ struct Part {
 }
 
 impl Planner {
-    /// A planner for the robot that `robot` describes, with these obstacles on the table.
+    /// A planner for the robot that `robot` describes, its base at `robot_base`, with these obstacles on the table.
     ///
     /// # Errors
     /// [`ModelError`] if links are missing or have shapes that cannot be used.
     pub fn new<'o>(
         robot: &urdf_rs::Robot,
         config: PlannerConfig,
+        robot_base: &PlanarPose,
         obstacles: impl IntoIterator<Item = &'o Obstacle>,
     ) -> Result<Self, ModelError> {
-        Ok(Self { scene: Scene::new(robot, obstacles)?, config })
+        // The table is level and taken for endless: a turn and a shift of everything on it change nothing.
+        let mount_from_world = (*robot_base != MOUNT).then(|| MOUNT.compose(&robot_base.inverse()));
+        let seen = |obstacle: &Obstacle| match &mount_from_world {
+            Some(frame) => Obstacle { pose: frame.compose(&obstacle.pose), ..*obstacle },
+            None => *obstacle,
+        };
+        let obstacles: Vec<Obstacle> = obstacles.into_iter().map(seen).collect();
+        Ok(Self { scene: Scene::new(robot, &obstacles)?, config, robot_base: *robot_base, mount_from_world })
     }
 
-    /// The collision scene.
+    /// Where the robot's base stands in the world.
+    pub fn robot_base(&self) -> &PlanarPose {
+        &self.robot_base
+    }
+
+    /// The collision scene, in the frame in which the base stands at [`MOUNT`].
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
@@ -73,6 +90,10 @@ impl Planner {
         if !query.is_usable() {
             return Err(PlanRefusal::NonFinite);
         }
+        let query = &match &self.mount_from_world {
+            Some(frame) => query.seen_from(frame),
+            None => *query,
+        };
         let angles = &query.hand_angles;
         if self.scene.hit(&query.start_q_rad, angles, &self.start_rules(query)).is_some() {
             return Err(PlanRefusal::StartInCollision);

@@ -175,6 +175,17 @@ impl ObjectEstimate {
 }
 
 impl PlanQuery {
+    /// The same query in another frame, given by the pose of the world in it.
+    pub fn seen_from(&self, frame_from_world: &PlanarPose) -> Self {
+        let moved = |pose: &Isometry3<f32>| frame_from_world.isometry(0.0) * pose;
+        Self {
+            goal_world_from_hand: moved(&self.goal_world_from_hand),
+            next_world_from_hand: self.next_world_from_hand.as_ref().map(moved),
+            object: self.object.map(|o| ObjectEstimate { pose: frame_from_world.compose(&o.pose), ..o }),
+            ..*self
+        }
+    }
+
     /// Whether all numbers are finite and in range.
     pub fn is_usable(&self) -> bool {
         let finite = |pose: &Isometry3<f32>| {

@@ -8,7 +8,7 @@ use rapier3d::parry::math::{Pose, Vector};
 use rapier3d::parry::query;
 use rapier3d::parry::shape::SharedShape;
 use tactus_common::robot::hand::{self, HandAngles};
-use tactus_common::robot::{HandLink, arm, world_from_base};
+use tactus_common::robot::{HandLink, MOUNT, arm, world_from_base};
 use tactus_common::shape::Obstacle;
 
 /// Farthest that any part of robot or load lies from the axis of each joint, metres (facts 1.1, 1.4, 2.6: stretched arm 0.91 + hand 0.20).
@@ -123,7 +123,7 @@ impl Fixed {
 }
 
 impl Scene {
-    /// The scene for a robot among obstacles.
+    /// The scene for a robot at [`MOUNT`] among obstacles.
     ///
     /// # Errors
     /// [`ModelError`] as from [`bodies`], or for an obstacle that is no solid.
@@ -145,12 +145,12 @@ impl Scene {
         Ok(Self { bodies, pairs, obstacles })
     }
 
-    /// World poses of all links: base, arm links 1 to 7, hand links.
+    /// Poses of all links in the frame in which the base stands at [`MOUNT`]: base, arm links 1 to 7, hand links.
     fn link_poses(q_rad: &Joints, angles: &HandAngles) -> [Pose; HAND + 9] {
         let arm = arm::link_poses(q_rad);
         let hand = hand::link_poses(&arm[7], angles);
         let mut poses = [Pose::IDENTITY; HAND + 9];
-        poses[0] = world_from_base().into();
+        poses[0] = world_from_base(&MOUNT).into();
         for (pose, isometry) in poses.iter_mut().skip(1).zip(arm.iter().take(7).chain(&hand)) {
             *pose = (*isometry).into();
         }

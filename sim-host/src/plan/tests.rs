@@ -11,7 +11,7 @@ use rand_pcg::Pcg32;
 use std::f32::consts::{FRAC_PI_2, PI};
 use tactus_common::pose::PlanarPose;
 use tactus_common::robot::hand::HandAngles;
-use tactus_common::robot::{inverse, source};
+use tactus_common::robot::{MOUNT, inverse, source};
 use tactus_common::shape::ObjectShape;
 
 /// Hand frame above the table when the palm's face is 46 mm above the box's top.
@@ -20,7 +20,7 @@ const APPROACH_M: f32 = 0.08;
 const HALF_M: [f32; 3] = [0.1, 0.05, 0.1];
 
 fn planner() -> Planner {
-    Planner::new(&urdf_rs::read_from_string(source::URDF).unwrap(), PlannerConfig::default(), &[]).unwrap()
+    Planner::new(&urdf_rs::read_from_string(source::URDF).unwrap(), PlannerConfig::default(), &MOUNT, &[]).unwrap()
 }
 
 /// Hand pointing straight down, its x axis at `yaw_rad` from the world's.
@@ -55,6 +55,27 @@ fn touch(start_q_rad: Joints, pose: PlanarPose, hand_yaw_rad: f32) -> PlanQuery 
         object: Some(object(pose)),
         next_world_from_hand: None,
     }
+}
+
+#[test]
+fn a_robot_that_stands_elsewhere_moves_its_joints_as_one_at_its_mount() {
+    let elsewhere = PlanarPose::new(1.3, 0.4, -2.0);
+    let robot = urdf_rs::read_from_string(source::URDF).unwrap();
+    let obstacle = Obstacle { shape: ObjectShape::Sphere { radius_m: 0.06 }, pose: PlanarPose::new(-0.05, -0.25, 0.0) };
+    let world_from_mount = elsewhere.compose(&MOUNT.inverse());
+    let seen = Obstacle { pose: world_from_mount.compose(&obstacle.pose), ..obstacle };
+    let at_mount = Planner::new(&robot, PlannerConfig::default(), &MOUNT, &[obstacle]).unwrap();
+    let there = Planner::new(&robot, PlannerConfig::default(), &elsewhere, &[seen]).unwrap();
+    let query = touch(home(), PlanarPose::new(0.2, -0.1, 0.3), 0.3);
+    let expected = at_mount.plan(&query).unwrap();
+    let planned = there.plan(&query.seen_from(&world_from_mount)).unwrap();
+    let end = |trajectory: &Trajectory| trajectory.knots.last().unwrap().q_rad;
+    for (a, b) in end(&planned).iter().zip(end(&expected)) {
+        assert!((a - b).abs() < 1e-3, "{planned:?} {expected:?}");
+    }
+    assert!((planned.duration() - expected.duration()).abs() < 0.05);
+    // Told to the wrong robot, the same place is out of reach.
+    assert!(there.plan(&query).is_err());
 }
 
 struct Random(Pcg32);
@@ -354,7 +375,7 @@ fn a_description_without_an_arm_is_refused_by_name() {
     let mut robot = urdf_rs::read_from_string(source::URDF).unwrap();
     robot.links.retain(|link| link.name != "wam_link4");
     assert_eq!(
-        Planner::new(&robot, PlannerConfig::default(), &[]).err(),
+        Planner::new(&robot, PlannerConfig::default(), &MOUNT, &[]).err(),
         Some(ModelError::NoLink("wam_link4".to_owned()))
     );
 }

@@ -2,6 +2,7 @@
 
 use super::Scenario;
 use std::fmt::Write;
+use tactus_common::robot::MOUNT;
 use tactus_common::shape::ObjectShape;
 
 /// What a scene is, a few lines.
@@ -33,6 +34,9 @@ pub fn account(scenario: &Scenario) -> String {
             describe(&other.shape),
             pose(other.pose.to_array())
         );
+    }
+    if scenario.robot_base != MOUNT {
+        let _ = writeln!(out, "  robot       its base at {}", pose(scenario.robot_base.to_array()));
     }
     let [dx, dy] = scenario.displacement_m;
     let _ = writeln!(out, "  goal        displaced by ({dx}, {dy}) m");

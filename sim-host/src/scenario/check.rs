@@ -5,10 +5,7 @@ use super::mistake::Mistake;
 
 /// Refuses a field whose value makes no sense, whatever the others are. Shapes are checked where they are made.
 pub fn numbers(file: &SceneFile) -> Result<(), Mistake> {
-    if file.robot_base_pose.is_some() {
-        let why = "cannot be set: the controller and the planner have the robot's base where common/models has it";
-        return Err(Mistake::new("robot_base_pose", why));
-    }
+    within("robot_base_pose", &file.robot_base_pose, [-10.0, 10.0], "m and rad")?;
     positive("table.size_m", &file.table.size_m, 10.0)?;
     positive("table.friction", &[file.table.friction], 3.0)?;
     let object = &file.object;

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use std::f32::consts::FRAC_PI_4;
 use std::path::PathBuf;
 use tactus_common::pose::{Interval, PlanarPose};
+use tactus_common::robot::MOUNT;
 
 /// A scene: what stands where on the table, which object is to be carried and how far.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -47,10 +48,10 @@ pub struct SceneFile {
     /// folder. Controller and planner keep their own.
     #[serde(default)]
     pub robot_urdf: Option<PathBuf>,
-    /// Refused by name: controller and planner have the base where the robot's description says.
-    #[serde(default)]
-    #[schemars(skip)]
-    pub robot_base_pose: Option<toml::Value>,
+    /// Where the robot's base stands, on the table's level: x, y in metres, yaw in radians of its frame, whose +x the arm
+    /// faces.
+    #[serde(default = "mount")]
+    pub robot_base_pose: [f32; 3],
 }
 
 /// A rectangular table.
@@ -260,6 +261,10 @@ const fn half_a_metre() -> [f32; 2] {
 }
 
 /// Rubber pads on a box of cardboard or plastic.
+fn mount() -> [f32; 3] {
+    MOUNT.to_array()
+}
+
 const fn rubber() -> f32 {
     0.8
 }

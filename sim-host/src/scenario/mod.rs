@@ -14,6 +14,7 @@ pub mod polyhedron;
 pub mod schema;
 pub mod shape;
 
+use crate::mental::MentalModel;
 use crate::solid::Solid;
 use crate::world::model::RobotModel;
 use crate::world::{Mismatch, Scene, Standing, World, WorldError};
@@ -53,6 +54,8 @@ pub struct Scenario {
     pub mismatch: MismatchScales,
     /// Where batches draw true poses from.
     pub trials: Region,
+    /// Where the robot's base stands.
+    pub robot_base: PlanarPose,
     /// A robot description (URDF) for the world to use instead of the built-in one. The controller keeps its own.
     pub robot_urdf: Option<PathBuf>,
 }
@@ -145,6 +148,7 @@ impl Scenario {
             noise: file.noise,
             mismatch: file.mismatch,
             trials: file.trials,
+            robot_base: PlanarPose::from_array(file.robot_base_pose),
             robot_urdf: file.robot_urdf.map(|urdf| folder.join(urdf)),
         };
         scenario.check_places()?;
@@ -204,6 +208,14 @@ impl Scenario {
         self.others.iter().map(|other| Obstacle { shape: other.shape, pose: other.pose }).collect()
     }
 
+    /// A mental world with what stands on the table beside the object.
+    ///
+    /// # Errors
+    /// The robot description cannot be used.
+    pub fn mental_model(&self) -> anyhow::Result<MentalModel> {
+        Ok(MentalModel::new()?.among(&self.known_obstacles()).with_robot_at(&self.robot_base))
+    }
+
     /// The same as the controller is told it.
     pub fn obstacles(&self) -> [Option<Obstacle>; OBSTACLES_MAX] {
         let mut known = self.known_obstacles().into_iter();
@@ -241,6 +253,7 @@ impl Scenario {
             pad_friction: self.object.friction,
             object: *truth,
             others: self.others.clone(),
+            robot_base: self.robot_base,
             ..Scene::default()
         }
     }

@@ -66,7 +66,7 @@ fn a_bad_scene_is_refused_by_field_and_line() {
         ),
         ("size_m = [0.2, 0.1, 0.2]", "", "object: no shape"),
         ("[object]", "[object]\nshape.sphere = { radius_m = 0.05 }", "object.size_m: given beside shape"),
-        ("[table]", "robot_base_pose = [0, 0, 0]\n[table]", "robot_base_pose: cannot be set"),
+        ("[table]", "robot_base_pose = [0, nan, 0]\n[table]", "robot_base_pose: NaN: expected a finite number"),
         ("[object]", "[noise]\ntactile = -1\n[object]", "noise.tactile: -1: expected a finite number, from 0 to 10"),
         ("[object]", "[mismatch]\nsize = 3\n[object]", "mismatch.size: 3"),
         ("[object]", "[trials]\nx_m = [0.2, 0.1]\n[object]", "trials.x_m: [0.2, 0.1]"),

@@ -137,7 +137,8 @@ impl World {
         let mut rolling = Rolling::default();
         let object = scene::insert_object(&mut physics, &mut rolling, scene, mismatch)?;
         let friction = robot::Friction { pads: scene.pad_friction * mismatch.pad_friction, bare: scene.bare_friction };
-        let robot = Robot::insert(&mut physics, model, &mismatch.robot, friction, Root::Arm)?;
+        let root = Root::Arm(robot::world_from_base(model, &scene.robot_base));
+        let robot = Robot::insert(&mut physics, model, &mismatch.robot, friction, root)?;
         let params = HandParams::new(model, &mismatch.breakaway);
         let drives = HandDrives::start(&mut physics, &robot, &params, &scene.hand_start, &scene.arm_start_rad);
         let others = insert_others(&mut physics, &mut rolling, scene, mismatch)?;

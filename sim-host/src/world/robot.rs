@@ -8,6 +8,7 @@ use super::drive::JointState;
 use super::error::WorldError;
 use super::model::{JointModel, LinkModel, RobotModel};
 use rapier3d::prelude::*;
+use tactus_common::pose::PlanarPose;
 
 #[cfg(test)]
 mod probe;
@@ -130,8 +131,8 @@ pub struct Robot {
 /// Where the robot is rooted.
 #[derive(Clone, Copy, Debug)]
 pub enum Root {
-    /// The whole arm on its mount.
-    Arm,
+    /// The whole arm, its base fixed at this pose (world-from-base).
+    Arm(Pose),
     /// The hand alone, its palm fixed at this pose (world-from-hand).
     Hand(Pose),
 }
@@ -234,9 +235,9 @@ impl Robot {
                 root = b.world.insert_body(RigidBodyBuilder::fixed().pose(world_from_hand));
                 (carrier, palm_in_carrier) = (root, Pose::IDENTITY);
             }
-            Root::Arm => {
+            Root::Arm(world_from_base) => {
                 let base = model.link(&model.extra.arm.base)?;
-                root = b.world.insert_body(RigidBodyBuilder::fixed().pose(world_from_base(model)));
+                root = b.world.insert_body(RigidBodyBuilder::fixed().pose(world_from_base));
                 b.attach(base, root, Pose::IDENTITY, None);
                 let mut parent = root;
                 for (i, name) in model.extra.arm.joints.iter().enumerate() {
@@ -461,8 +462,8 @@ impl Robot {
     }
 }
 
-/// World pose of the arm's base.
-pub fn world_from_base(model: &RobotModel) -> Pose {
-    let mount = &model.extra.mount;
-    Pose::from_parts(Vector::new(mount.x_m, mount.y_m, mount.z_m), Rotation::from_axis_angle(Vector::Z, mount.yaw_rad))
+/// World pose of an arm's base that stands at `mount` on the table's level.
+pub fn world_from_base(model: &RobotModel, mount: &PlanarPose) -> Pose {
+    let place = Vector::new(mount.x_m, mount.y_m, model.extra.mount.z_m);
+    Pose::from_parts(place, Rotation::from_axis_angle(Vector::Z, mount.phi_rad))
 }

@@ -11,6 +11,7 @@ use rapier3d::parry::query;
 use rapier3d::prelude::*;
 use serde::Serialize;
 use tactus_common::pose::PlanarPose;
+use tactus_common::robot::MOUNT;
 use tactus_common::shape::ObjectShape;
 
 /// Overlap that counts as touching, metres.
@@ -50,6 +51,8 @@ pub struct Scene {
     pub object: PlanarPose,
     /// What else stands on the table.
     pub others: Vec<Standing>,
+    /// Where the robot's base stands.
+    pub robot_base: PlanarPose,
     /// Arm joint angles at the start, radians.
     pub arm_start_rad: [f32; 7],
     /// Hand at the start.
@@ -69,6 +72,7 @@ impl Default for Scene {
             bare_friction: 0.3,
             object: PlanarPose::new(0.2, -0.1, 0.0),
             others: Vec::new(),
+            robot_base: MOUNT,
             arm_start_rad: [0.0, 0.7, 0.0, 1.7, 0.0, 0.741_592_65, 0.0],
             hand_start: HandStart { inner_rad: [0.0; 3], spread_rad: 0.0 },
         }

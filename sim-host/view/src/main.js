@@ -29,8 +29,8 @@ if (wish.theme !== null) setTheme(wish.theme);
 const player = makePlayer(run.duration_s, run.marks);
 const frames = makeFrames(run.frames);
 const colourMap = makeColourMap(run.colour_map, run.bright_n_cm2);
-const palm = frames.all[run.palm];
-const stage = makeStage(get("canvas"), palm);
+// The robot's base is the first of its links.
+const stage = makeStage(get("canvas"), frames.all[0], frames.all[run.palm]);
 stage.scene.add(...frames.all);
 addGround(stage);
 if (run.goal !== null) addGoal(stage, run.goal);

@@ -5,18 +5,18 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { colour } from "./colours.js";
 import { onTheme } from "./theme.js";
 
-/** Standard views: where the camera is and what it looks at, metres. */
+/** Standard views: where the camera is and what it looks at, metres in the frame of the robot's base. */
 const VIEWS = {
-  all: { from: [1.25, 1.3, 1.02], at: [0.02, -0.17, 0.22] },
-  top: { from: [-0.05, -0.14, 2.35], at: [-0.05, -0.14, 0] },
+  all: { from: [1.9, -1.3, 1.02], at: [0.43, -0.07, 0.22] },
+  top: { from: [0.46, 0, 2.35], at: [0.46, 0, 0] },
 };
 /** The camera beside the hand, from the middle between its fingertips. */
 const BESIDE_HAND = new THREE.Vector3(0.52, 0.5, 0.3);
 /** From the hand's frame to between its fingertips, metres. */
 const GRASP_POINT = new THREE.Vector3(0, 0, 0.16);
 
-/** A stage on a canvas; `hand` is the frame that the camera can follow. */
-export function makeStage(canvas, hand) {
+/** A stage on a canvas; views are from `base`, and `hand` is the frame that the camera can follow. */
+export function makeStage(canvas, base, hand) {
   const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
   renderer.shadowMap.enabled = true;
   const scene = new THREE.Scene();
@@ -74,8 +74,8 @@ export function makeStage(canvas, hand) {
       target(controls.target);
       camera.position.copy(controls.target).add(BESIDE_HAND);
     } else {
-      camera.position.set(...VIEWS[name].from);
-      controls.target.set(...VIEWS[name].at);
+      base.localToWorld(camera.position.set(...VIEWS[name].from));
+      base.localToWorld(controls.target.set(...VIEWS[name].at));
     }
     controls.update();
     draw();

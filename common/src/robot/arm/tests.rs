@@ -61,6 +61,17 @@ fn the_mounted_arm_faces_the_table() {
 }
 
 #[test]
+fn a_base_that_stands_elsewhere_takes_the_whole_arm_along() {
+    let mut state = 5;
+    for (mount, q) in [(PlanarPose::new(0.4, 0.7, -1.2), sample(&mut state)), (MOUNT, sample(&mut state))] {
+        let from_base = link_poses_from(&Isometry3::identity(), &q)[7];
+        let apart = hand_pose_from(&mount, &q).inverse() * (mount.isometry(MOUNT_XYZ_M[2]) * from_base);
+        assert!(apart.translation.vector.norm() < 1e-5 && apart.rotation.angle() < 1e-3, "{apart}");
+    }
+    assert_eq!(hand_pose(&[0.1; 7]), hand_pose_from(&MOUNT, &[0.1; 7]));
+}
+
+#[test]
 fn the_jacobian_agrees_with_differences() {
     let mut state = 7;
     for _ in 0..200 {

@@ -116,7 +116,7 @@ impl Descent {
 /// What felt something on the way down touches; the rest of the hand is free. `false` if an obstacle may have been among it.
 fn note_landing(fingers: [bool; FINGERS], palm: bool, know: &mut Knowledge, tools: &mut Tools) -> bool {
     let mut on_object = true;
-    let (world_from_hand, angles) = hand::measured(tools.readings);
+    let (world_from_hand, angles) = hand::measured(tools);
     // A full store drops the newest and counts it; the touch still counts with what it has.
     let _ = know.store.add_free(&world_from_hand, &angles, fingers.map(|f| !f));
     for f in (0..FINGERS).filter(|f| fingers[*f]) {

@@ -11,9 +11,14 @@ use tactus_common::robot::hand::HandAngles;
 /// A motor this close to its target has reached it, radians.
 const REACHED_RAD: f32 = 0.02;
 
+/// Pose of the hand in the world as measured.
+pub fn pose(tools: &Tools) -> Isometry3<f32> {
+    arm::hand_pose_from(&tools.robot_base, &tools.readings.arm_q_rad)
+}
+
 /// Pose of the hand and angles of its joints as measured.
-pub fn measured(readings: &JointReadings) -> (Isometry3<f32>, HandAngles) {
-    (arm::hand_pose(&readings.arm_q_rad), HandAngles::from_readings(&readings.motor_q_rad, &readings.inner_q_rad))
+pub fn measured(tools: &Tools) -> (Isometry3<f32>, HandAngles) {
+    (pose(tools), HandAngles::from_readings(&tools.readings.motor_q_rad, &tools.readings.inner_q_rad))
 }
 
 /// Target of each motor, radians: F1, F2, F3, spread.

@@ -11,6 +11,7 @@ use tactus_common::limits::OBSTACLES_MAX;
 use tactus_common::message::{FaultReason, SCHEMA_VERSION, Setup};
 use tactus_common::method::Method;
 use tactus_common::pose::{Interval, PlanarPose};
+use tactus_common::robot::MOUNT;
 use tactus_common::robot::hand::HandAngles;
 use tactus_common::shape::ObjectShape;
 
@@ -48,6 +49,7 @@ const NO_SETUP: Setup = Setup {
     displacement_m: [0.0; 2],
     mass_kg: 0.0,
     trials_max: 0,
+    robot_base: MOUNT,
     method: Method::DEFAULT,
 };
 
@@ -151,5 +153,6 @@ fn is_sound(setup: &Setup) -> bool {
         && setup.displacement_m.iter().all(near)
         && (0.0..=SETUP_MAX).contains(&setup.mass_kg)
         && setup.trials_max > 0
+        && setup.robot_base.to_array().iter().all(near)
         && UpdateConfig::of(&setup.method).is_some()
 }

@@ -7,7 +7,6 @@ use nalgebra::Vector3;
 use tactus_common::limits::FINGERS;
 use tactus_common::message::Preshape;
 use tactus_common::pose::{Interval, PlanarPose};
-use tactus_common::robot::arm;
 
 /// Ticks that the fingers have for opening: 2 s.
 const OPENING_TICKS_MAX: u32 = 1_000;
@@ -47,7 +46,7 @@ impl Recover {
 
 /// Where to search: below the hand, with the yaw that the object had in it.
 pub fn search_region(tools: &Tools, yaw_in_hand_rad: f32) -> (PlanarPose, Interval) {
-    let world_from_hand = arm::hand_pose(&tools.readings.arm_q_rad);
+    let world_from_hand = hand::pose(tools);
     (
         PlanarPose::new(
             world_from_hand.translation.x,
@@ -60,6 +59,6 @@ pub fn search_region(tools: &Tools, yaw_in_hand_rad: f32) -> (PlanarPose, Interv
 
 /// Yaw of the hand that points down: direction of its x axis in the world, radians.
 pub fn hand_yaw_rad(tools: &Tools) -> f32 {
-    let x = arm::hand_pose(&tools.readings.arm_q_rad).rotation * Vector3::x();
+    let x = hand::pose(tools).rotation * Vector3::x();
     libm::atan2f(x.y, x.x)
 }

@@ -428,7 +428,7 @@ fn a_setup_of_another_schema_is_refused() {
 
 #[test]
 fn a_setup_that_makes_no_sense_is_refused_and_nothing_begins() {
-    let cases: [fn(&mut Setup); 21] = [
+    let cases: [fn(&mut Setup); 23] = [
         |s| s.shape = ObjectShape::Cylinder { radius_m: 0.0, half_height_m: 0.1 },
         |s| s.obstacles[3] = Some(Obstacle { shape: ObjectShape::Sphere { radius_m: -0.1 }, pose: s.guess }),
         |s| s.obstacles[0] = Some(Obstacle { shape: s.shape, pose: PlanarPose::new(f32::NAN, 0.0, 0.0) }),
@@ -446,6 +446,8 @@ fn a_setup_that_makes_no_sense_is_refused_and_nothing_begins() {
         |s| s.mass_kg = f32::NAN,
         |s| s.mass_kg = 10.1,
         |s| s.trials_max = 0,
+        |s| s.robot_base.phi_rad = f32::NAN,
+        |s| s.robot_base.x_m = 10.5,
         |s| s.shape = ObjectShape::Cuboid { half_extents_m: [0.1, 0.0, 0.1] },
         |s| s.shape = ObjectShape::Cuboid { half_extents_m: [0.1, f32::NAN, 0.1] },
         |s| s.shape = ObjectShape::Cuboid { half_extents_m: [0.1, 0.1, f32::INFINITY] },

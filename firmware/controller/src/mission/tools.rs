@@ -5,10 +5,13 @@ use crate::executor::Executor;
 use crate::onset::{Felt, Onset};
 use tactus_common::limits::{HAND_MOTORS, PADS};
 use tactus_common::message::{PlanAnswer, RolloutResult};
+use tactus_common::pose::PlanarPose;
 use tactus_common::reading::{HandCommand, JointReadings, TactileImage};
 
 /// What a phase works with during one tick.
 pub struct Tools<'a> {
+    /// Where the robot's base stands.
+    pub robot_base: PlanarPose,
     /// Readings of this tick.
     pub readings: &'a JointReadings,
     /// What is felt.

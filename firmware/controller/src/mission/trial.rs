@@ -71,14 +71,14 @@ impl Trial {
                 DescentEnd::Stuck(reason) => return TrialEnd::Stuck(reason),
                 DescentEnd::Landed { on_object } => {
                     if on_object {
-                        let (world_from_hand, angles) = hand::measured(tools.readings);
+                        let (world_from_hand, angles) = hand::measured(tools);
                         let arm_q_rad = tools.readings.arm_q_rad;
                         know.felt.landed(&self.plan, &world_from_hand, arm_q_rad, angles.inner_rad, tools.links);
                     }
                     Some(Step::Withdraw(Withdraw::at_once(tools)))
                 }
                 DescentEnd::Down => {
-                    let (world_from_hand, angles) = hand::measured(tools.readings);
+                    let (world_from_hand, angles) = hand::measured(tools);
                     // A full store drops the newest and counts it; the touch still counts with what it has.
                     let _ = know.store.add_free(&world_from_hand, &angles, [true; FINGERS]);
                     self.arm_q_rad = tools.readings.arm_q_rad;
@@ -132,7 +132,7 @@ impl Trial {
 
     /// Fingers that closed without feeling anything: their whole way is known to be free.
     fn note_misses(&self, know: &mut Knowledge, tools: &Tools) {
-        let (world_from_hand, mut angles) = hand::measured(tools.readings);
+        let (world_from_hand, mut angles) = hand::measured(tools);
         for f in 0..FINGERS {
             if self.plan.closes[f] && self.onset_inner_rad[f].is_none() {
                 let end_rad = angles.inner_rad[f];
@@ -145,7 +145,7 @@ impl Trial {
 
 /// Finger `f` begins to feel something: evidence, unless it may be an obstacle (`false`).
 fn note_contact(f: usize, inner_rad: f32, know: &mut Knowledge, tools: &mut Tools) -> bool {
-    let (world_from_hand, angles) = hand::measured(tools.readings);
+    let (world_from_hand, angles) = hand::measured(tools);
     tools.out.event(EventKind::Contact { finger: f as u8, inner_rad, descending: false });
     know.note_contact(&world_from_hand, &angles, Toucher::Finger(f), ContactKind::Closing)
 }

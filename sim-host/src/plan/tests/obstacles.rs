@@ -14,7 +14,7 @@ const POST: Obstacle =
 
 fn planner_among(obstacles: &[Obstacle]) -> Planner {
     let robot = urdf_rs::read_from_string(source::URDF).unwrap();
-    Planner::new(&robot, PlannerConfig::default(), obstacles).unwrap()
+    Planner::new(&robot, PlannerConfig::default(), &MOUNT, obstacles).unwrap()
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::*;
 use nalgebra::{Point3, Vector3};
 use tactus_common::robot::hand::link_poses;
-use tactus_common::robot::{HandLink, hand_prism, world_from_base};
+use tactus_common::robot::{HandLink, MOUNT, hand_prism, world_from_base};
 use urdf_rs::Geometry;
 
 /// Whether a point is inside.
@@ -103,7 +103,7 @@ pub fn solids() -> Vec<Solid> {
 /// Where everything is at one posture.
 pub fn poses(q_rad: &Joints, angles: &HandAngles) -> Vec<Isometry3<f32>> {
     let arm = arm::link_poses(q_rad);
-    let mut poses = vec![world_from_base()];
+    let mut poses = vec![world_from_base(&MOUNT)];
     poses.extend_from_slice(&arm[..7]);
     poses.extend_from_slice(&link_poses(&arm[7], angles));
     poses
