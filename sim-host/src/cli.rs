@@ -16,7 +16,7 @@ use crate::method::MethodArgs;
 use crate::mission::{self, MissionOptions, MissionReport};
 use crate::observer::{Both, Observer};
 use crate::recording::Recorder;
-use crate::report::{progress::Progress, summary::Summary, terminal};
+use crate::report::{explain::explanation, progress::Progress, summary::Summary, terminal};
 use crate::scenario::Scenario;
 use crate::serve::serve;
 use crate::wire::{InProcess, Live, Wire};
@@ -358,7 +358,8 @@ fn report(common: &CommonArgs, options: &MissionOptions, report: &MissionReport)
     }
     let status = report.exit_status();
     if status != 0 && quiet {
-        say::complaint(format_args!("failed: {}", report.outcome_text()));
+        let why = explanation(report).map_or(String::new(), |why| format!(": {why}"));
+        say::complaint(format_args!("failed: {}{why}", report.outcome_text()));
     }
     Ok(status)
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use tactus_common::can::{CanFrame, Mtu};
 use tactus_common::message::{Event, EventKind, FaultReason, Outcome};
 use tactus_tests::emulator::{Emulator, Told as Measured, image, measurements};
-use tactus_tests::program::{Profile, summary};
+use tactus_tests::program::{Profile, run, summary};
 use tactus_tests::recording::Recording;
 use tactus_tests::rig::{Rig, Told, is_limp};
 use tactus_tests::serial_world::{Heard, SerialWorld};
@@ -99,6 +99,16 @@ fn a_world_that_falls_silent_leaves_a_safe_controller_and_the_next_one_finds_it_
     assert!(later.contains(&Heard::Hello), "it says that it is free: {later:?}");
     drop(world);
     play(&mut SerialWorld::join(emulator.socket()), |_, _| {});
+}
+
+#[test]
+#[ignore = "needs the image and qemu: cargo xtask cross runs it"]
+fn an_optimiser_that_the_image_lacks_is_refused_and_the_way_to_one_that_has_it_told() {
+    let emulator = Emulator::start(&image(), "lacking");
+    let bus = format!("slcan:{}", emulator.socket().display());
+    let ran = run(&["run", "--quiet", "--optimizer", "direct", "--bus", &bus]);
+    assert_eq!(ran.status, 4, "{}", ran.stderr);
+    assert!(ran.stderr.contains("NotInImage") && ran.stderr.contains("--features optimizers"), "{}", ran.stderr);
 }
 
 /// The image with one of its 32-bit words at the beginning of flash (the vectors) changed.

@@ -127,7 +127,7 @@ impl ObjectShape {
             Self::Cylinder { .. } => 130,
             Self::Sphere { .. } => 15,
             Self::Capsule { .. } => 80,
-            Self::Convex(hull) => 30 + 3 * hull.edge_count() as u32,
+            Self::Convex(hull) => 30 + 7 * hull.edge_count() as u32 / 2,
         }
     }
 

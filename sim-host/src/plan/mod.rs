@@ -36,6 +36,9 @@ use timing::{Pace, knots_along};
 /// Angles of the arm's joints, radians.
 pub type Joints = [f32; ARM_JOINTS];
 
+/// How many times as far as usual the quintics between knots may stray, one after the other until a trajectory holds the knots.
+const LAXITIES: [f64; 3] = [1.0, 2.0, 4.0];
+
 /// Plans motions of one robot.
 pub struct Planner {
     scene: Scene,
@@ -104,7 +107,11 @@ impl Planner {
             Purpose::Retreat => (self.retreat(query)?, false),
             Purpose::Transport => (self.transport(query)?, true),
         };
-        assemble(query, &parts, guarded)
+        let looser = |laxity: &f64| match assemble(query, &parts, guarded, *laxity) {
+            Err(PlanRefusal::TooManyKnots) => None,
+            result => Some(result),
+        };
+        LAXITIES.iter().find_map(looser).unwrap_or(Err(PlanRefusal::TooManyKnots))
     }
 
     /// Straight up by the approach height.
@@ -238,8 +245,9 @@ fn carry_strokes(from: &nalgebra::Isometry3<f32>, to: &nalgebra::Isometry3<f32>,
     ]
 }
 
-/// Times all parts one after the other, the last one guarded if `guarded`.
-fn assemble(query: &PlanQuery, parts: &[Part], guarded: bool) -> Result<Trajectory, PlanRefusal> {
+/// Times all parts one after the other, the last one guarded if `guarded`; the quintics may stray `laxity` times as far as the
+/// parts say.
+fn assemble(query: &PlanQuery, parts: &[Part], guarded: bool, laxity: f64) -> Result<Trajectory, PlanRefusal> {
     let mut trajectory = Trajectory { request: query.request, knots: Default::default(), guarded_from: u8::MAX };
     for (i, part) in parts.iter().enumerate() {
         let start_s = trajectory.duration();
@@ -247,7 +255,8 @@ fn assemble(query: &PlanQuery, parts: &[Part], guarded: bool) -> Result<Trajecto
             trajectory.guarded_from = trajectory.knots.len().saturating_sub(1) as u8;
         }
         let skip = usize::from(i > 0);
-        for knot in knots_along(&part.curve, &part.pace).ok_or(PlanRefusal::TooManyKnots)?.into_iter().skip(skip) {
+        let pace = Pace { tolerance_rad: laxity * part.pace.tolerance_rad, ..part.pace };
+        for knot in knots_along(&part.curve, &pace).ok_or(PlanRefusal::TooManyKnots)?.into_iter().skip(skip) {
             let knot = Knot { t_s: start_s + knot.t_s, ..knot };
             trajectory.knots.push(knot).map_err(|_| PlanRefusal::TooManyKnots)?;
         }

@@ -1,5 +1,6 @@
 //! The closing summary of a mission, for a person.
 
+use super::explain::explanation;
 use crate::mission::{MissionOptions, MissionReport};
 use std::fmt::Write;
 use tactus_common::pose::PlanarPose;
@@ -15,6 +16,9 @@ pub fn closing(options: &MissionOptions, report: &MissionReport) -> String {
     let head = if report.transported() { "The object stands at its goal." } else { "The task failed." };
     // Writing to a String cannot fail.
     let _ = writeln!(out, "\n{head}  ({}, seed {})\n", report.outcome_text(), options.seed);
+    if let Some(why) = explanation(report) {
+        let _ = writeln!(out, "  why         {why}");
+    }
     let _ = writeln!(out, "  told        {}", pose(&options.guess));
     let _ = writeln!(out, "  true        {}", pose(&options.truth));
     let _ = writeln!(

@@ -18,6 +18,9 @@ use tactus_common::reading::{HandCommand, JointReadings};
 const LOAD_TICKS: u32 = 100;
 /// A finger that closes this much further than at the grasp holds nothing any more, radians.
 const LOST_RAD: f32 = 0.2;
+/// So sure it must be that an object slips out of the hardest grip before it is given up: changes of twice what is slip. The
+/// harder a grip, the more the fingers give as they take the weight over.
+const GIVE_UP_SURENESS: f32 = 0.8;
 /// The fingers leave the object at this speed, rad/s.
 const LEAVING_RAD_S: f32 = -0.5;
 /// After this angle they are clear of it, radians.
@@ -191,7 +194,13 @@ impl Carry {
             return None;
         }
         let Slipping { finger, sureness } = slip.feel(tools.readings, tools.images)?;
-        let then = if self.grip.raise(tools.readings) { Then::Retake } else { Then::GiveUp };
+        let then = if self.grip.raise(tools.readings) {
+            Then::Retake
+        } else if sureness >= GIVE_UP_SURENESS {
+            Then::GiveUp
+        } else {
+            return None;
+        };
         let grip_nm = self.grip.torque_nm(usize::from(finger));
         tools.out.event(EventKind::Slip { finger, sureness, grip_nm });
         self.grip.command(tools.hand);
