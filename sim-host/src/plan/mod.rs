@@ -107,11 +107,7 @@ impl Planner {
             Purpose::Retreat => (self.retreat(query)?, false),
             Purpose::Transport => (self.transport(query)?, true),
         };
-        let looser = |laxity: &f64| match assemble(query, &parts, guarded, *laxity) {
-            Err(PlanRefusal::TooManyKnots) => None,
-            result => Some(result),
-        };
-        LAXITIES.iter().find_map(looser).unwrap_or(Err(PlanRefusal::TooManyKnots))
+        timed(query, &parts, guarded)
     }
 
     /// Straight up by the approach height.
@@ -243,6 +239,15 @@ fn carry_strokes(from: &nalgebra::Isometry3<f32>, to: &nalgebra::Isometry3<f32>,
         Stroke { from: above_from, to: above_to },
         Stroke { from: above_to, to: *to },
     ]
+}
+
+/// The parts as a trajectory, followed as closely as its knots allow.
+fn timed(query: &PlanQuery, parts: &[Part], guarded: bool) -> Result<Trajectory, PlanRefusal> {
+    let looser = |laxity: &f64| match assemble(query, parts, guarded, *laxity) {
+        Err(PlanRefusal::TooManyKnots) => None,
+        result => Some(result),
+    };
+    LAXITIES.iter().find_map(looser).unwrap_or(Err(PlanRefusal::TooManyKnots))
 }
 
 /// Times all parts one after the other, the last one guarded if `guarded`; the quintics may stray `laxity` times as far as the

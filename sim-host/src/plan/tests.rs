@@ -58,6 +58,24 @@ fn touch(start_q_rad: Joints, pose: PlanarPose, hand_yaw_rad: f32) -> PlanQuery 
 }
 
 #[test]
+fn a_motion_that_takes_too_many_knots_is_followed_less_closely_within_bounds() {
+    let bends = |at: usize| home().map(|q| q + 0.01 * libm::sinf(1.3 * at as f32));
+    let curve = Curve::through(&(0..24).map(bends).collect::<Vec<_>>(), 0.01).unwrap();
+    let query = touch(home(), PlanarPose::new(0.2, -0.1, 0.3), 0.3);
+    let part = |tolerance_rad| {
+        let pace = Pace { speed_max: 0.05, velocity_scale: 1.0, acceleration_scale: 1.0, tolerance_rad };
+        [Part { curve: curve.clone(), pace }]
+    };
+    let closest =
+        (0..20).map(|k| 1e-6 * f64::from(1 << k)).find(|t| assemble(&query, &part(*t), false, 1.0).is_ok()).unwrap();
+    assert!(closest > 1e-6, "the knots suffice for anything");
+    for (laxity, planned) in [(2.0, true), (4.0, true), (8.0, false)] {
+        let result = timed(&query, &part(closest / laxity), false);
+        assert_eq!(result.err(), (!planned).then_some(PlanRefusal::TooManyKnots), "{laxity}");
+    }
+}
+
+#[test]
 fn a_robot_that_stands_elsewhere_moves_its_joints_as_one_at_its_mount() {
     let elsewhere = PlanarPose::new(1.3, 0.4, -2.0);
     let robot = urdf_rs::read_from_string(source::URDF).unwrap();

@@ -5,9 +5,11 @@ extern crate std;
 use super::*;
 use crate::onset::Felt;
 use crate::testing::{Desk, home, pressed_across, through};
+use nalgebra::Vector3;
 use std::vec::Vec;
 use tactus_common::limits::PAD_PERIOD_TICKS;
 use tactus_common::message::Event;
+use tactus_common::robot::FINGERTIP_TAXELS;
 
 const MASS_KG: f32 = 0.6;
 const TICKS_MAX: u32 = 20_000;
@@ -137,6 +139,16 @@ impl Rig {
         panic!("a slide of a centimetre is not felt");
     }
 
+    /// The pressure moves a little more than what is slip across F1's pad, and no further.
+    fn hint(&mut self) {
+        let column_m =
+            (Vector3::from(FINGERTIP_TAXELS[14].centre_m) - Vector3::from(FINGERTIP_TAXELS[12].centre_m)).norm();
+        for step in 0..9 {
+            self.desk.images = pressed_across(if step < 4 { 0.4 } else { 0.4 + 1.4e-3 / column_m });
+            (0..PAD_PERIOD_TICKS).for_each(|_| self.tick());
+        }
+    }
+
     /// Every finger feels the object and stands.
     fn until_held(&mut self) {
         self.until(|rig| rig.desk.bench.hand.motor_q_rad[2] >= 1.0);
@@ -199,6 +211,20 @@ fn each_slip_adds_a_step_and_at_the_limit_the_object_is_brought_back_and_not_tak
     assert!(*last < 1.6, "{last} Nm is more than the fingertip forgives");
     assert!((0..7).all(|j| (rig.desk.bench.q_rad[j] - start[j]).abs() < 1e-3), "it is back");
     assert!(matches!(rig.desk.hand[2], HandCommand::Torque(_)), "and has not been dropped");
+}
+
+#[test]
+fn a_hint_of_slip_leads_to_a_harder_grip_and_is_let_pass_in_the_hardest() {
+    let readings = Rig::new().desk.bench.readings(0);
+    let mut hardest = Grip::default();
+    while hardest.raise(&readings) {}
+    for (grip, heeded) in [(Grip::default(), true), (hardest, false)] {
+        let mut rig = Rig::new();
+        rig.carry.grip = grip;
+        (0..150).for_each(|_| rig.tick());
+        rig.hint();
+        assert_eq!((rig.slips > 0, matches!(rig.carry.step, Step::GoBack { .. })), (heeded, heeded), "{grip:?}");
+    }
 }
 
 #[test]
