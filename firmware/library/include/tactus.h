@@ -472,7 +472,8 @@ typedef struct TactusInterval {
     float phi_rad;
 } TactusInterval;
 
-/// A mission: all that the controller is told about the object's place; the rest it must feel.
+/// A mission: all that the controller is told about the object's place; the rest it must feel. The robot's base stands where
+/// the robot's description has it: world x = -0.05 m, y = -0.6 m, yaw = pi/2.
 typedef struct TactusSetup {
     /// What the object is.
     struct TactusShape shape;
