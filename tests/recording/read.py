@@ -108,6 +108,7 @@ def read(path):
         with open(path, "rb") as file:
             summary = make_reader(file).get_summary()
         found["indexed_messages"] = summary.statistics.message_count
+        found["empty_chunks"] = sum(not chunk.message_index_offsets for chunk in summary.chunk_indexes)
     return found
 
 

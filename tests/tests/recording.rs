@@ -82,6 +82,7 @@ fn an_independent_reader_finds_the_same_run() {
     assert_eq!(found["whole"], true);
     let counted: u64 = found["counts"].as_object().unwrap().values().filter_map(Value::as_u64).sum();
     assert_eq!(found["indexed_messages"], counted, "the index at the end counts what is there");
+    assert_eq!(found["empty_chunks"], 0, "older readers refuse a chunk without messages");
 
     let end = &found["last"]["/controller/end"];
     assert_eq!((&end["digest"], &end["digest_ticks"]), (&plain["digest"], &plain["digest_ticks"]));
