@@ -183,4 +183,31 @@ mod tests {
             assert!(!channel.schema().data.is_empty(), "{}", channel.topic());
         }
     }
+
+    /// One type, which a choice (`oneOf`) and a list of lists have not in Foxglove's reading of JSON schemas.
+    fn assert_plain(schema: &Value, name: &str) {
+        let kind = schema["type"].as_str().unwrap_or_else(|| panic!("{name}: {schema}"));
+        assert!(schema.get("oneOf").is_none(), "{name}: {schema}");
+        for (field, inner) in schema["properties"].as_object().into_iter().flatten() {
+            assert_plain(inner, &format!("{name}.{field}"));
+        }
+        if kind == "array" {
+            assert_ne!(schema["items"]["type"], "array", "{name}: {schema}");
+            assert_plain(&schema["items"], &format!("{name}[]"));
+        }
+    }
+
+    #[test]
+    fn every_schema_in_json_is_one_that_foxglove_reads() {
+        for channel in Channel::ALL.iter().filter(|channel| channel.encoding() == json::ENCODING) {
+            assert_plain(&serde_json::from_slice(&channel.schema().data).unwrap(), channel.topic());
+        }
+    }
+
+    #[test]
+    fn the_modes_of_the_hand_are_a_list_of_names() {
+        let schema: Value = serde_json::from_slice(&Channel::Command.schema().data).unwrap();
+        let mode = &schema["properties"]["hand_mode"]["items"];
+        assert_eq!(mode["enum"], serde_json::json!(["idle", "position", "velocity", "torque"]));
+    }
 }
