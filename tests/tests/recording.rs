@@ -124,6 +124,7 @@ fn a_recording_shows_the_robot_by_itself_and_holds_every_tick() {
     for frame in &frames {
         let shown = entities.values().any(|entity| entity[0] == *frame && entity[1].as_u64() > Some(0));
         assert!(shown, "{frame} has no shape");
+        assert!(found["points"][frame].as_u64() > Some(50), "{frame} has no points");
     }
     let ticks = (plain["sim_time_s"].as_f64().unwrap() * 500.0).round() as u64;
     for (topic, every) in [("/sensors/joints", 1), ("/controller/command", 1), ("/tf", 10), ("/joint_states", 10)] {

@@ -2,6 +2,7 @@
 
 use super::channel::{Channel, Content};
 use super::convert::time_ns;
+use anyhow::Context;
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions, Writer};
 use std::borrow::Cow;
@@ -16,8 +17,8 @@ const CHUNK_BYTES: u64 = 1 << 20;
 /// An MCAP file being written.
 pub struct Sink {
     writer: Writer<BufWriter<File>>,
-    /// Numbers in the file and messages so far, in the order of [`Channel::ALL`]; none before the first message.
-    channels: Vec<(u16, u32)>,
+    /// Numbers in the file and messages so far, by topic; none before the first message.
+    channels: BTreeMap<String, (u16, u32)>,
     bytes: Vec<u8>,
 }
 
@@ -34,30 +35,38 @@ impl Sink {
             // A chunk is written as a whole, with its lengths: a file that breaks off has no chunk that claims to be empty.
             .disable_seeking(true)
             .create(BufWriter::new(File::create(path)?))?;
-        Ok(Self { writer, channels: Vec::new(), bytes: Vec::new() })
+        Ok(Self { writer, channels: BTreeMap::new(), bytes: Vec::new() })
     }
 
-    /// Lists a channel in the file; its number there.
-    fn add(&mut self, channel: Channel) -> anyhow::Result<u16> {
+    /// Lists a channel in the file.
+    fn add(&mut self, channel: Channel, topic: &str) -> anyhow::Result<()> {
         let schema = channel.schema();
         let schema_id = self.writer.add_schema(&schema.name, schema.encoding, &schema.data)?;
         let about = [("description", channel.what()), ("rate", channel.rate())];
         let about = about.map(|(key, text)| (key.to_owned(), text.to_owned()));
-        Ok(self.writer.add_channel(schema_id, channel.topic(), channel.encoding(), &BTreeMap::from(about))?)
+        let id = self.writer.add_channel(schema_id, topic, channel.encoding(), &BTreeMap::from(about))?;
+        self.channels.insert(topic.to_owned(), (id, 0));
+        Ok(())
     }
 
-    /// Writes a message of this tick; with the first one goes the list of all channels.
+    /// Writes a message of this tick; with the first one goes the list of all channels but those of frames.
     ///
     /// # Errors
     /// The file cannot be written.
     pub fn write(&mut self, tick: u32, content: &Content) -> anyhow::Result<()> {
         if self.channels.is_empty() {
             // Not earlier: metadata and attachments end a chunk, and older readers refuse one that holds channels alone.
-            self.channels = Channel::ALL.iter().map(|c| Ok((self.add(*c)?, 0))).collect::<anyhow::Result<_>>()?;
+            for channel in Channel::ALL.iter().filter(|channel| !channel.is_of_frame()) {
+                self.add(*channel, channel.topic())?;
+            }
+        }
+        let topic = content.topic();
+        if !self.channels.contains_key(&*topic) {
+            self.add(content.channel(), &topic)?;
         }
         self.bytes.clear();
         content.encode(&mut self.bytes)?;
-        let (channel_id, count) = &mut self.channels[content.channel() as usize];
+        let (channel_id, count) = self.channels.get_mut(&*topic).context(topic)?;
         let (log_time, sequence) = (time_ns(tick), *count);
         *count += 1;
         let header = MessageHeader { channel_id: *channel_id, sequence, log_time, publish_time: log_time };
@@ -128,6 +137,8 @@ mod tests {
         assert_eq!(summary.chunk_indexes.len(), 3);
         assert!(summary.chunk_indexes.iter().all(|chunk| !chunk.message_index_offsets.is_empty()));
         let listed: Vec<&str> = summary.channels.values().map(|channel| channel.topic.as_str()).collect();
-        assert!(Channel::ALL.iter().all(|channel| listed.contains(&channel.topic())), "{listed:?}");
+        let expected = Channel::ALL.iter().filter(|channel| !channel.is_of_frame());
+        assert!(expected.clone().all(|channel| listed.contains(&channel.topic())), "{listed:?}");
+        assert_eq!(listed.len(), expected.count());
     }
 }
