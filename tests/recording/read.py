@@ -27,6 +27,7 @@ class Reader:
         self.all = {"/controller/phase": [], "/controller/touch": [], "/controller/contact": [], "/log": []}
         self.frames = set()
         self.entities = {}
+        self.points = {}
         self.metadata = {}
         self.attachments = {}
         self.last_time_s = 0.0
@@ -69,6 +70,10 @@ class Reader:
             for entity in content.entities:
                 shapes = sum(len(getattr(entity, kind)) for kind in ("cubes", "spheres", "cylinders", "triangles"))
                 self.entities[entity.id] = [entity.frame_id, shapes]
+        elif topic.startswith("/points/"):
+            assert topic == f"/points/{content.frame_id}", f"{topic}: frame {content.frame_id}"
+            assert len(content.data) % content.point_stride == 0, f"{topic}: a point is cut off"
+            self.points[content.frame_id] = len(content.data) // content.point_stride
         elif topic == "/log":
             self.all[topic].append(content.message)
 
@@ -108,6 +113,7 @@ def read(path):
         with open(path, "rb") as file:
             summary = make_reader(file).get_summary()
         found["indexed_messages"] = summary.statistics.message_count
+        found["empty_chunks"] = sum(not chunk.message_index_offsets for chunk in summary.chunk_indexes)
     return found
 
 

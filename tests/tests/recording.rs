@@ -82,6 +82,7 @@ fn an_independent_reader_finds_the_same_run() {
     assert_eq!(found["whole"], true);
     let counted: u64 = found["counts"].as_object().unwrap().values().filter_map(Value::as_u64).sum();
     assert_eq!(found["indexed_messages"], counted, "the index at the end counts what is there");
+    assert_eq!(found["empty_chunks"], 0, "older readers refuse a chunk without messages");
 
     let end = &found["last"]["/controller/end"];
     assert_eq!((&end["digest"], &end["digest_ticks"]), (&plain["digest"], &plain["digest_ticks"]));
@@ -123,6 +124,7 @@ fn a_recording_shows_the_robot_by_itself_and_holds_every_tick() {
     for frame in &frames {
         let shown = entities.values().any(|entity| entity[0] == *frame && entity[1].as_u64() > Some(0));
         assert!(shown, "{frame} has no shape");
+        assert!(found["points"][frame].as_u64() > Some(50), "{frame} has no points");
     }
     let ticks = (plain["sim_time_s"].as_f64().unwrap() * 500.0).round() as u64;
     for (topic, every) in [("/sensors/joints", 1), ("/controller/command", 1), ("/tf", 10), ("/joint_states", 10)] {

@@ -3,7 +3,11 @@
 
 use super::sample;
 use super::{json, protobuf};
-use foxglove::messages::{FrameTransforms, JointStates, Log, SceneUpdate};
+use foxglove::messages::{FrameTransforms, JointStates, Log, PointCloud, SceneUpdate};
+use std::borrow::Cow;
+
+/// Stands for a frame's name in the topic of a channel that each frame has one of.
+const FRAME: &str = "<frame>";
 
 /// The schema of a channel's messages, as a recording carries it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,7 +38,7 @@ macro_rules! channels {
             /// All channels, in the order of their numbers in a file.
             pub const ALL: &[Self] = &[$(Self::$name,)*];
 
-            /// Its topic.
+            /// Its topic; with `<frame>` in it if each frame has such a channel.
             pub const fn topic(self) -> &'static str {
                 match self { $(Self::$name => $topic,)* }
             }
@@ -90,6 +94,31 @@ macro_rules! channels {
     };
 }
 
+impl Channel {
+    /// The channel of a topic in a file.
+    pub fn of_topic(topic: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|channel| match channel.topic().strip_suffix(FRAME) {
+            Some(start) => topic.strip_prefix(start).is_some_and(|frame| !frame.is_empty()),
+            None => channel.topic() == topic,
+        })
+    }
+
+    /// Has each frame a channel of this kind?
+    pub fn is_of_frame(self) -> bool {
+        self.topic().ends_with(FRAME)
+    }
+}
+
+impl Content {
+    /// The message's topic in a file.
+    pub fn topic(&self) -> Cow<'static, str> {
+        match self {
+            Self::Points(cloud) => Cow::Owned(Channel::Points.topic().replace(FRAME, &cloud.frame_id)),
+            _ => Cow::Borrowed(self.channel().topic()),
+        }
+    }
+}
+
 channels! {
     /// Where every body truly is, and where the controller believes the object to be: poses in the frame `world`.
     Transforms(FrameTransforms) protobuf "/tf" "50 Hz";
@@ -99,6 +128,8 @@ channels! {
     Belief(SceneUpdate) protobuf "/scene/belief" "10 Hz";
     /// Contact forces on the hand as arrows, 10 mm a newton, as they truly are.
     Contacts(SceneUpdate) protobuf "/scene/contacts" "50 Hz while the hand is touched";
+    /// The surfaces of a body, or of the object where it is believed to be, as points in its frame.
+    Points(PointCloud) protobuf "/points/<frame>" "once";
     /// Measured joint angles and the torques that the arm was told and the hand's motors made.
     JointStates(JointStates) protobuf "/joint_states" "50 Hz";
     /// What happened, as lines of text.
@@ -182,5 +213,32 @@ mod tests {
         for channel in Channel::ALL.iter().filter(|channel| channel.encoding() == protobuf::ENCODING) {
             assert!(!channel.schema().data.is_empty(), "{}", channel.topic());
         }
+    }
+
+    /// One type, which a choice (`oneOf`) and a list of lists have not in Foxglove's reading of JSON schemas.
+    fn assert_plain(schema: &Value, name: &str) {
+        let kind = schema["type"].as_str().unwrap_or_else(|| panic!("{name}: {schema}"));
+        assert!(schema.get("oneOf").is_none(), "{name}: {schema}");
+        for (field, inner) in schema["properties"].as_object().into_iter().flatten() {
+            assert_plain(inner, &format!("{name}.{field}"));
+        }
+        if kind == "array" {
+            assert_ne!(schema["items"]["type"], "array", "{name}: {schema}");
+            assert_plain(&schema["items"], &format!("{name}[]"));
+        }
+    }
+
+    #[test]
+    fn every_schema_in_json_is_one_that_foxglove_reads() {
+        for channel in Channel::ALL.iter().filter(|channel| channel.encoding() == json::ENCODING) {
+            assert_plain(&serde_json::from_slice(&channel.schema().data).unwrap(), channel.topic());
+        }
+    }
+
+    #[test]
+    fn the_modes_of_the_hand_are_a_list_of_names() {
+        let schema: Value = serde_json::from_slice(&Channel::Command.schema().data).unwrap();
+        let mode = &schema["properties"]["hand_mode"]["items"];
+        assert_eq!(mode["enum"], serde_json::json!(["idle", "position", "velocity", "torque"]));
     }
 }

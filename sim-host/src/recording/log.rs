@@ -221,9 +221,9 @@ impl Iterator for Log {
 }
 
 fn source(topic: String, schema: String, encoding: String) -> Source {
-    let of_topic = Channel::ALL.iter().copied().find(|channel| channel.topic() == topic);
     // Another program's channel may bear the same name.
-    let channel = of_topic.filter(|channel| channel.encoding() == encoding && channel.schema_name() == schema);
+    let channel =
+        Channel::of_topic(&topic).filter(|channel| channel.encoding() == encoding && channel.schema_name() == schema);
     Source { topic, schema, encoding, channel }
 }
 

@@ -92,6 +92,9 @@ impl Recorder {
         if self.bodies.is_empty() {
             self.bodies = seen.world.bodies();
             self.sink.write(tick, &Content::Bodies(scene::bodies(tick, &self.bodies)?))?;
+            for body in &self.bodies {
+                self.sink.write(tick, &Content::Points(scene::body_points(tick, body)?))?;
+            }
             self.sink.write(tick, &Content::Pads(self.pads(seen)))?;
         }
         self.sink.write(tick, &Content::Joints(Joints::from(&seen.world.readings())))?;
@@ -137,6 +140,9 @@ impl Recorder {
             }
         }
         if let Some(status) = &seen.heard.status {
+            if self.believed.is_none() {
+                self.sink.write(tick, &Content::Points(scene::believed_points(tick, seen.setup)?))?;
+            }
             self.believed = Some(status.belief);
             self.sink.write(tick, &Content::Status(Status::from(status)))?;
             self.sink.write(tick, &Content::Belief(scene::belief(seen.setup, status)?))?;

@@ -8,7 +8,7 @@ use crate::host::Lost;
 use crate::mission::{planar, tilt_rad};
 use crate::wire::WireStats;
 use crate::world::model::Cell;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactus_common::limits::{ARM_JOINTS, FINGERS, HAND_LINKS, HAND_MOTORS, PAD_CELLS};
@@ -129,6 +129,29 @@ impl LinkContacts {
     }
 }
 
+/// A vector in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Xyz {
+    /// Along the frame's x.
+    pub x: f32,
+    /// Along the frame's y.
+    pub y: f32,
+    /// Along the frame's z.
+    pub z: f32,
+}
+
+impl From<[f32; 3]> for Xyz {
+    fn from([x, y, z]: [f32; 3]) -> Self {
+        Self { x, y, z }
+    }
+}
+
+impl From<Xyz> for Vector3<f32> {
+    fn from(v: Xyz) -> Self {
+        Self::new(v.x, v.y, v.z)
+    }
+}
+
 /// Where the cells of a tactile pad are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Pad {
@@ -136,10 +159,10 @@ pub struct Pad {
     pub pad: u8,
     /// Frame of the link that carries it, in /tf.
     pub frame_id: String,
-    /// Cells' centres x, y, z in that frame, metres.
-    pub centre_m: Vec<[f32; 3]>,
+    /// Cells' centres in that frame, metres.
+    pub centre_m: Vec<Xyz>,
     /// Outward normals of the cells in that frame, unit length.
-    pub normal: Vec<[f32; 3]>,
+    pub normal: Vec<Xyz>,
     /// Areas of the cells, m^2.
     pub area_m2: Vec<f32>,
 }
@@ -150,8 +173,8 @@ impl Pad {
         Self {
             pad: pad as u8,
             frame_id: frame_id.to_owned(),
-            centre_m: cells.iter().map(|cell| cell.centre_m.to_array()).collect(),
-            normal: cells.iter().map(|cell| cell.normal.to_array()).collect(),
+            centre_m: cells.iter().map(|cell| cell.centre_m.to_array().into()).collect(),
+            normal: cells.iter().map(|cell| cell.normal.to_array().into()).collect(),
             area_m2: cells.iter().map(|cell| cell.area_m2).collect(),
         }
     }

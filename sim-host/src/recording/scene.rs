@@ -1,11 +1,11 @@
 //! What a viewer shows: every body's shapes in its frame, the believed object as a ghost, forces as arrows.
 
 use super::convert::{point, pose, timestamp, vector};
-use super::solid;
+use super::{points, solid};
 use crate::solid::Solid;
 use crate::world::view::{Body, HandForce, Kind};
 use foxglove::messages::{
-    ArrowPrimitive, Color, KeyValuePair, LinePrimitive, Point3, SceneEntity, SceneUpdate, line_primitive,
+    ArrowPrimitive, Color, KeyValuePair, LinePrimitive, Point3, PointCloud, SceneEntity, SceneUpdate, line_primitive,
 };
 use nalgebra::{Isometry3, Matrix2, SymmetricEigen, UnitQuaternion, Vector2, Vector3};
 use tactus_common::message::{Setup, Status};
@@ -32,14 +32,14 @@ const fn color([r, g, b]: [u8; 3], a: f64) -> Color {
 const BLUE: [u8; 3] = [0, 114, 178];
 const VERMILION: [u8; 3] = [213, 94, 0];
 
-const fn color_of(kind: Kind) -> Color {
+const fn rgb_of(kind: Kind) -> [u8; 3] {
     match kind {
-        Kind::Arm => color([176, 182, 190], 1.0),
-        Kind::Hand => color([110, 118, 128], 1.0),
-        Kind::Table => color([214, 208, 196], 1.0),
-        Kind::Object => color([230, 159, 0], 1.0),
-        Kind::Loose => color([240, 228, 66], 1.0),
-        Kind::Obstacle => color([150, 120, 110], 1.0),
+        Kind::Arm => [176, 182, 190],
+        Kind::Hand => [110, 118, 128],
+        Kind::Table => [214, 208, 196],
+        Kind::Object => [230, 159, 0],
+        Kind::Loose => [240, 228, 66],
+        Kind::Obstacle => [150, 120, 110],
     }
 }
 
@@ -78,11 +78,28 @@ pub fn bodies(tick: u32, bodies: &[Body]) -> anyhow::Result<SceneUpdate> {
     let shown = bodies.iter().map(|body| {
         let mut entity = entity(tick, &body.name, &body.name, kind_name(body.kind));
         for (at, shape) in &body.shapes {
-            solid::add(&mut entity, at, shape, color_of(body.kind))?;
+            solid::add(&mut entity, at, shape, color(rgb_of(body.kind), 1.0))?;
         }
         Ok(entity)
     });
     Ok(update(shown.collect::<anyhow::Result<_>>()?))
+}
+
+/// The surfaces of a body as points, in its own frame.
+///
+/// # Errors
+/// A shape that cannot be shown.
+pub fn body_points(tick: u32, body: &Body) -> anyhow::Result<PointCloud> {
+    points::cloud(tick, &body.name, body.shapes.iter().map(|(at, shape)| (at, shape)), rgb_of(body.kind))
+}
+
+/// The surface of the believed object as points, in its own frame.
+///
+/// # Errors
+/// A shape that cannot be shown.
+pub fn believed_points(tick: u32, setup: &Setup) -> anyhow::Result<PointCloud> {
+    let told = Solid::new(&setup.shape).map(|told| (told.in_body.into(), told.shape));
+    points::cloud(tick, BELIEVED, told.iter().map(|(at, shape)| (at, shape)), BLUE)
 }
 
 /// The believed object as a ghost; the ellipse on the table that holds its position by 99 %, and the wedge of its yaw.

@@ -2,6 +2,7 @@
 
 use super::channel::{Channel, Content};
 use super::convert::time_ns;
+use anyhow::Context;
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions, Writer};
 use std::borrow::Cow;
@@ -16,44 +17,56 @@ const CHUNK_BYTES: u64 = 1 << 20;
 /// An MCAP file being written.
 pub struct Sink {
     writer: Writer<BufWriter<File>>,
-    /// Numbers in the file and messages so far, in the order of [`Channel::ALL`].
-    channels: Vec<(u16, u32)>,
+    /// Numbers in the file and messages so far, by topic; none before the first message.
+    channels: BTreeMap<String, (u16, u32)>,
     bytes: Vec<u8>,
 }
 
 impl Sink {
-    /// A new file with all channels and no message.
+    /// A new file with nothing in it.
     ///
     /// # Errors
     /// It cannot be written.
     pub fn create(path: &Path) -> anyhow::Result<Self> {
-        let mut writer = WriteOptions::new()
+        let writer = WriteOptions::new()
             .library(concat!("tactus ", env!("CARGO_PKG_VERSION")))
             .compression(Some(Compression::Lz4))
             .chunk_size(Some(CHUNK_BYTES))
             // A chunk is written as a whole, with its lengths: a file that breaks off has no chunk that claims to be empty.
             .disable_seeking(true)
             .create(BufWriter::new(File::create(path)?))?;
-        let mut channels = Vec::new();
-        for channel in Channel::ALL {
-            let schema = channel.schema();
-            let schema_id = writer.add_schema(&schema.name, schema.encoding, &schema.data)?;
-            let about = [("description", channel.what()), ("rate", channel.rate())];
-            let about = about.map(|(key, text)| (key.to_owned(), text.to_owned()));
-            let id = writer.add_channel(schema_id, channel.topic(), channel.encoding(), &BTreeMap::from(about))?;
-            channels.push((id, 0));
-        }
-        Ok(Self { writer, channels, bytes: Vec::new() })
+        Ok(Self { writer, channels: BTreeMap::new(), bytes: Vec::new() })
     }
 
-    /// Writes a message of this tick.
+    /// Lists a channel in the file.
+    fn add(&mut self, channel: Channel, topic: &str) -> anyhow::Result<()> {
+        let schema = channel.schema();
+        let schema_id = self.writer.add_schema(&schema.name, schema.encoding, &schema.data)?;
+        let about = [("description", channel.what()), ("rate", channel.rate())];
+        let about = about.map(|(key, text)| (key.to_owned(), text.to_owned()));
+        let id = self.writer.add_channel(schema_id, topic, channel.encoding(), &BTreeMap::from(about))?;
+        self.channels.insert(topic.to_owned(), (id, 0));
+        Ok(())
+    }
+
+    /// Writes a message of this tick; with the first one goes the list of all channels but those of frames.
     ///
     /// # Errors
     /// The file cannot be written.
     pub fn write(&mut self, tick: u32, content: &Content) -> anyhow::Result<()> {
+        if self.channels.is_empty() {
+            // Not earlier: metadata and attachments end a chunk, and older readers refuse one that holds channels alone.
+            for channel in Channel::ALL.iter().filter(|channel| !channel.is_of_frame()) {
+                self.add(*channel, channel.topic())?;
+            }
+        }
+        let topic = content.topic();
+        if !self.channels.contains_key(&*topic) {
+            self.add(content.channel(), &topic)?;
+        }
         self.bytes.clear();
         content.encode(&mut self.bytes)?;
-        let (channel_id, count) = &mut self.channels[content.channel() as usize];
+        let (channel_id, count) = self.channels.get_mut(&*topic).context(topic)?;
         let (log_time, sequence) = (time_ns(tick), *count);
         *count += 1;
         let header = MessageHeader { channel_id: *channel_id, sequence, log_time, publish_time: log_time };
@@ -97,5 +110,35 @@ impl Sink {
     pub fn finish(mut self) -> anyhow::Result<()> {
         self.writer.finish()?;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::sample::Foretold;
+
+    #[test]
+    fn every_chunk_holds_messages_and_every_channel_is_listed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("chunks.mcap");
+        let mut sink = Sink::create(&path).unwrap();
+        sink.describe("before", BTreeMap::new()).unwrap();
+        sink.attach(0, "before.json", "{}".to_owned()).unwrap();
+        sink.flush().unwrap();
+        for tick in 0..3 {
+            sink.write(tick, &Content::Foretold(Foretold { tick, agrees: true })).unwrap();
+            sink.flush().unwrap();
+        }
+        sink.attach(3, "after.json", "{}".to_owned()).unwrap();
+        sink.describe("after", BTreeMap::new()).unwrap();
+        sink.finish().unwrap();
+        let summary = mcap::Summary::read(&std::fs::read(&path).unwrap()).unwrap().unwrap();
+        assert_eq!(summary.chunk_indexes.len(), 3);
+        assert!(summary.chunk_indexes.iter().all(|chunk| !chunk.message_index_offsets.is_empty()));
+        let listed: Vec<&str> = summary.channels.values().map(|channel| channel.topic.as_str()).collect();
+        let expected = Channel::ALL.iter().filter(|channel| !channel.is_of_frame());
+        assert!(expected.clone().all(|channel| listed.contains(&channel.topic())), "{listed:?}");
+        assert_eq!(listed.len(), expected.count());
     }
 }

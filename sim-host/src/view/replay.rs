@@ -179,7 +179,8 @@ impl Gathered {
             Content::Log(line) => self.story.say(at_s, &line.message),
             Content::Joints(_) | Content::Command(_) | Content::BeliefError(_) => {}
             // Said by the log in words, or shown by another channel.
-            Content::JointStates(_)
+            Content::Points(_)
+            | Content::JointStates(_)
             | Content::Foretold(_)
             | Content::Refusal(_)
             | Content::Slip(_)

@@ -26,7 +26,7 @@ pub fn taxels(pad: &Pad) -> Vec<Taxel> {
                 [first, .., last] => (centres[last] - centres[first]).normalize(),
                 _ => Vector3::z(),
             };
-            let normal = Vector3::from(pad.normal.get(cell).copied().unwrap_or([0.0, 0.0, 1.0]));
+            let normal = pad.normal.get(cell).copied().map_or_else(Vector3::z, Vector3::from);
             let width_m = FILL * pitch_m;
             let length_m = pad.area_m2.get(cell).copied().unwrap_or(0.0) / width_m;
             taxels.push(Taxel {
