@@ -1,7 +1,7 @@
 //! All of a run in one file: an MCAP log that Foxglove, Rerun and every other reader of that format can show, with
 //! Foxglove's standard types where there is one and JSON with a schema elsewhere (`docs/recording.md`).
 //!
-//! * [`channel`]: the list of channels. [`sample`]: their JSON types. [`scene`], [`solid`], [`points`]: pictures.
+//! * [`channel`]: the list of channels. [`sample`]: their JSON types. [`scene`], [`solid`], `points`: pictures.
 //! * [`Recorder`] watches a run and writes it; [`Log`] reads a recording, also one that was cut off. [`Contents`]: what is
 //!   in it. [`export`]: its numbers as tables.
 
