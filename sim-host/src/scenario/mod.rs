@@ -27,7 +27,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use tactus_common::limits::OBSTACLES_MAX;
 use tactus_common::pose::PlanarPose;
-use tactus_common::robot::source;
+use tactus_common::robot::{MOUNT, source};
 use tactus_common::shape::{ObjectShape, Obstacle};
 
 /// Largest scene file that is read, bytes.
@@ -180,8 +180,13 @@ impl Scenario {
         match World::with_model(&model, &self.world_scene(&self.true_pose()), &Mismatch::none(), 0) {
             Ok(_) => Ok(()),
             Err(WorldError::Interpenetration { a, b, depth_m }) => {
-                let moved = self.others.iter().find(|other| [&a, &b].contains(&&other.name));
-                let field = moved.map_or("object.true_pose".to_owned(), |other| format!("{}.pose", other.name));
+                let other = self.others.iter().find(|other| [&a, &b].contains(&&other.name));
+                let stands = |name: &String| name == "object" || self.others.iter().any(|other| other.name == *name);
+                let field = match other {
+                    _ if self.robot_base != MOUNT && !(stands(&a) && stands(&b)) => "robot_base_pose".to_owned(),
+                    Some(other) => format!("{}.pose", other.name),
+                    None => "object.true_pose".to_owned(),
+                };
                 Err(Unsound::Scene(Mistake::new(field, WorldError::Interpenetration { a, b, depth_m }.to_string())))
             }
             Err(error) => Err(Unsound::Robot(error.into())),
