@@ -176,7 +176,7 @@ impl Hull {
 
     /// The faces: indices of corners, anticlockwise seen from outside.
     pub fn faces(&self) -> impl Iterator<Item = &[u8]> {
-        self.ranges().map(|(_, from, to)| self.slots.get(from..to).unwrap_or(&[]))
+        self.ranges().map(|(from, to)| self.slots.get(from..to).unwrap_or(&[]))
     }
 
     /// Unit normals of the faces, outwards, each with the distance of the face's plane from the origin, metres.
@@ -185,28 +185,6 @@ impl Hull {
             .iter()
             .take(usize::from(self.face_count))
             .map(|[x, y, z, offset_m]| (Vector3::new(*x, *y, *z), *offset_m))
-    }
-
-    /// The edges, each once: where each begins and ends, metres.
-    pub fn edges(&self) -> impl Iterator<Item = [Vector3<f32>; 2]> {
-        self.edges_between().map(|(_, ends_m)| ends_m)
-    }
-
-    /// The edges, each once, with the faces to the left and to the right seen from outside.
-    fn edges_between(&self) -> impl Iterator<Item = ([usize; 2], [Vector3<f32>; 2])> {
-        self.ranges().flat_map(move |(face, from, to)| {
-            (from..to).filter_map(move |slot| {
-                let other = usize::from(*self.across.get(slot)?);
-                let next = if slot + 1 < to { slot + 1 } else { from };
-                (other > face).then_some(())?;
-                Some(([face, other], [self.corner_of_slot(slot)?, self.corner_of_slot(next)?]))
-            })
-        })
-    }
-
-    /// Number of faces.
-    pub const fn face_count(&self) -> usize {
-        self.face_count as usize
     }
 
     /// Number of edges: Euler's formula.
@@ -244,19 +222,15 @@ impl Hull {
         largest_m
     }
 
-    /// Index, first slot and the slot after the last one of each face.
-    fn ranges(&self) -> impl Iterator<Item = (usize, usize, usize)> {
+    /// First slot and the slot after the last one of each face.
+    fn ranges(&self) -> impl Iterator<Item = (usize, usize)> {
         let starts = core::iter::once(&0).chain(&self.ends);
         let ranges = starts.zip(&self.ends).take(usize::from(self.face_count));
-        ranges.enumerate().map(|(face, (from, to))| (face, usize::from(*from), usize::from(*to)))
+        ranges.map(|(from, to)| (usize::from(*from), usize::from(*to)))
     }
 
     fn corner(&self, index: u8) -> Option<Vector3<f32>> {
         self.corners_m().get(usize::from(index)).copied().map(Vector3::from)
-    }
-
-    fn corner_of_slot(&self, slot: usize) -> Option<Vector3<f32>> {
-        self.corner(*self.slots.get(slot)?)
     }
 
     fn normal(&self, face: usize) -> Option<Vector3<f32>> {

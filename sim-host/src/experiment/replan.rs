@@ -79,7 +79,7 @@ impl Replan {
                 &scenario.robot_base,
                 &obstacles,
             )?,
-            mental: MentalModel::new()?.among(&obstacles).with_robot_at(&scenario.robot_base),
+            mental: scenario.mental_model()?,
             reality: MentalModel::of(&reality.mismatch(scenario, seed))?.among(&obstacles),
             shape,
             truth,

@@ -1,5 +1,6 @@
 //! Why a mission did not end as it should, in a sentence, and what may help.
 
+use super::progress::lost_text;
 use crate::mission::MissionReport;
 use tactus_common::message::{FailureReason, FaultReason, Outcome, RefusalReason};
 
@@ -9,8 +10,10 @@ pub fn explanation(report: &MissionReport) -> Option<String> {
         return None;
     }
     Some(match report.outcome {
-        None if report.lost.is_some() => "the controller stopped answering; the drives let go".into(),
-        None => "the controller did not come to an end in the time allowed".into(),
+        None => match &report.lost {
+            Some(lost) => lost_text(lost),
+            None => "the controller did not come to an end in the time allowed".into(),
+        },
         Some(Outcome::Transported) => format!(
             "the controller put the object down where it believed its goal to be, which is {:.0} mm and {:.0} deg off, tilted by {:.0} deg",
             report.goal_position_error_m * 1e3,
@@ -38,9 +41,7 @@ fn failure(reason: FailureReason, touches: u32) -> String {
             )
         }
         FailureReason::GraspMissed => "the fingers closed without holding the object, more than once".into(),
-        FailureReason::ObjectLost => {
-            "the object slid out of the hand, also out of the hardest grip that the hand may take".into()
-        }
+        FailureReason::ObjectLost => "the object left the hand on the way, more than once".into(),
     }
 }
 

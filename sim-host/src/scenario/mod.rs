@@ -181,9 +181,9 @@ impl Scenario {
             Ok(_) => Ok(()),
             Err(WorldError::Interpenetration { a, b, depth_m }) => {
                 let other = self.others.iter().find(|other| [&a, &b].contains(&&other.name));
-                let stands = |name: &String| name == "object" || self.others.iter().any(|other| other.name == *name);
+                let is_robots = [&a, &b].iter().any(|name| model.link(name).is_ok());
                 let field = match other {
-                    _ if self.robot_base != MOUNT && !(stands(&a) && stands(&b)) => "robot_base_pose".to_owned(),
+                    _ if is_robots && self.robot_base != MOUNT => "robot_base_pose".to_owned(),
                     Some(other) => format!("{}.pose", other.name),
                     None => "object.true_pose".to_owned(),
                 };

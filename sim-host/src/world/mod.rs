@@ -49,6 +49,7 @@ use std::collections::VecDeque;
 use tactile::{PadParams, Pads};
 use tactus_common::limits::{HAND_LINKS, PAD_CELLS, PADS, TICK_S};
 use tactus_common::reading::{HandCommand, JointCommands, JointReadings, TactileImage};
+use tactus_common::robot::world_from_base;
 
 /// Physics steps in one tick: 4 of 0.5 ms (see the energy test for what that costs in accuracy).
 pub const STEPS_PER_TICK: u32 = 4;
@@ -137,7 +138,7 @@ impl World {
         let mut rolling = Rolling::default();
         let object = scene::insert_object(&mut physics, &mut rolling, scene, mismatch)?;
         let friction = robot::Friction { pads: scene.pad_friction * mismatch.pad_friction, bare: scene.bare_friction };
-        let root = Root::Arm(robot::world_from_base(model, &scene.robot_base));
+        let root = Root::Arm(world_from_base(&scene.robot_base).into());
         let robot = Robot::insert(&mut physics, model, &mismatch.robot, friction, root)?;
         let params = HandParams::new(model, &mismatch.breakaway);
         let drives = HandDrives::start(&mut physics, &robot, &params, &scene.hand_start, &scene.arm_start_rad);

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use tactus_common::robot::source::{TOML, URDF, mesh};
 
 mod settings;
-pub use settings::{Arm, Cell, Collision, Drive, Extra, Hand, Mount, PalmPad, Tactile, TipPad, TipRow, TipTorque};
+pub use settings::{Arm, Cell, Collision, Drive, Extra, Hand, PalmPad, Tactile, TipPad, TipRow, TipTorque};
 
 /// One link: mass and convex collision shapes, in the link's frame.
 #[derive(Clone)]

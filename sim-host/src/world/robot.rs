@@ -8,7 +8,6 @@ use super::drive::JointState;
 use super::error::WorldError;
 use super::model::{JointModel, LinkModel, RobotModel};
 use rapier3d::prelude::*;
-use tactus_common::pose::PlanarPose;
 
 #[cfg(test)]
 mod probe;
@@ -460,10 +459,4 @@ impl Robot {
         let link = &self.hand_links[index];
         world.bodies.get(link.body).map_or(Pose::IDENTITY, |b| *b.position() * link.in_body)
     }
-}
-
-/// World pose of an arm's base that stands at `mount` on the table's level.
-pub fn world_from_base(model: &RobotModel, mount: &PlanarPose) -> Pose {
-    let place = Vector::new(mount.x_m, mount.y_m, model.extra.mount.z_m);
-    Pose::from_parts(place, Rotation::from_axis_angle(Vector::Z, mount.phi_rad))
 }

@@ -241,12 +241,9 @@ impl<'h> Pair<'h> {
     /// Offers the axes at a right angle to an edge of the prism and to one of the hull.
     fn offer_edges(&self, faces: &Faces, corners: &Corners, best: &mut Best) {
         let hull = self.hull;
-        let mut begin = 0;
-        for (face, (a, end)) in faces.iter().zip(&hull.ends).enumerate() {
-            let range = begin..usize::from(*end);
-            begin = range.end;
-            let across = hull.across.get(range.clone()).unwrap_or(&[]).iter();
-            let slots = hull.slots.get(range).unwrap_or(&[]).iter();
+        for (face, (a, (from, to))) in faces.iter().zip(hull.ranges()).enumerate() {
+            let across = hull.across.get(from..to).unwrap_or(&[]).iter();
+            let slots = hull.slots.get(from..to).unwrap_or(&[]).iter();
             for (slot, (other, corner)) in across.zip(slots).enumerate() {
                 // Each edge once.
                 if usize::from(*other) <= face {

@@ -15,6 +15,19 @@ fn box_corners(half: [f32; 3]) -> List<[f32; 3]> {
     (0..8).map(|i| [side(0, i), side(1, i), side(2, i)]).collect()
 }
 
+/// The edges, each once, with the faces to the left and to the right seen from outside, and where each begins and ends, metres.
+fn edges(hull: &Hull) -> impl Iterator<Item = ([usize; 2], [Vector3<f32>; 2])> {
+    let slots = hull
+        .ranges()
+        .flat_map(|(from, to)| (from..to).map(move |slot| (slot, if slot + 1 < to { slot + 1 } else { from })));
+    let face_of = |slot: usize| hull.ranges().position(|(_, to)| slot < to).unwrap();
+    let corner_of = |slot: usize| hull.corner(hull.slots[slot]).unwrap();
+    slots.filter_map(move |(slot, next)| {
+        let faces = [face_of(slot), usize::from(hull.across[slot])];
+        (faces[1] > faces[0]).then(|| (faces, [corner_of(slot), corner_of(next)]))
+    })
+}
+
 fn over_the_wire(hull: &Hull) -> Hull {
     let mut buffer = [0; 512];
     let bytes = postcard::to_slice(hull, &mut buffer).unwrap();
@@ -26,8 +39,11 @@ fn a_box_is_a_hull_with_its_extents_edges_and_symmetry() {
     let hull = Hull::new(&box_corners([0.1, 0.05, 0.08]), BOX_FACES).unwrap();
     assert_eq!(hull.half_extents_m(), [0.1, 0.05, 0.08]);
     assert_eq!(hull.z_m(), [-0.08, 0.08]);
-    assert_eq!((hull.edges().count(), hull.edge_count(), hull.face_count(), hull.yaw_symmetry_rad()), (12, 12, 6, PI));
-    for ([left, right], [from, to]) in hull.edges_between() {
+    assert_eq!(
+        (edges(&hull).count(), hull.edge_count(), hull.faces().count(), hull.yaw_symmetry_rad()),
+        (12, 12, 6, PI)
+    );
+    for ([left, right], [from, to]) in edges(&hull) {
         let turn = hull.normal(left).unwrap().cross(&hull.normal(right).unwrap());
         assert!((turn - (to - from).normalize()).norm() < 1e-5, "left and right, seen from outside");
     }
@@ -88,7 +104,7 @@ proptest! {
     #[test]
     fn whatever_the_bytes_a_hull_is_valid_or_said_not_to_be(bytes in proptest::collection::vec(0_u8..9, 0..140)) {
         if let Ok(hull) = postcard::from_bytes::<Hull>(&bytes) {
-            prop_assert_eq!(hull.is_valid(), hull.edges().count() > 0);
+            prop_assert_eq!(hull.is_valid(), edges(&hull).count() > 0);
         }
     }
 

@@ -3,19 +3,6 @@
 use rapier3d::prelude::Vector;
 use serde::Deserialize;
 
-/// `[mount]` of the TOML.
-#[derive(Clone, Debug, Deserialize)]
-pub struct Mount {
-    /// World x of the axis of J1, metres.
-    pub x_m: f32,
-    /// World y, metres.
-    pub y_m: f32,
-    /// Height of the base's bottom face, metres.
-    pub z_m: f32,
-    /// Yaw of the base, radians.
-    pub yaw_rad: f32,
-}
-
 /// `[arm]` of the TOML.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Arm {
@@ -184,8 +171,6 @@ impl Tactile {
 /// The TOML beside the URDF.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Extra {
-    /// Where the arm stands.
-    pub mount: Mount,
     /// The arm's drives.
     pub arm: Arm,
     /// Pairs never checked.
